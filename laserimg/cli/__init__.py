@@ -1,0 +1,16 @@
+"""The command line: one file a verb; the only place that prints and exits."""
+
+import sys
+
+from laserimg.errors import LaserImgError
+
+
+def main() -> None:
+    """Run the command line; exit 0 done, 1 some input failed, 2 wrong usage."""
+    from laserimg.cli.app import app
+
+    try:
+        app()
+    except LaserImgError as error:
+        print(f"laserimg: {error}", file=sys.stderr)
+        sys.exit(1)

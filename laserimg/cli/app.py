@@ -1,0 +1,29 @@
+"""The verbs of the command line, in the order of their help."""
+
+import typer
+
+import laserimg
+
+app = typer.Typer(
+    name="laserimg",
+    help="A laser scan is an image: find objects in 3D laser scans, with their size in metres.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(laserimg.__version__)
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: bool = typer.Option(
+        False, "--version", callback=_version, is_eager=True, help="Print the version."
+    ),
+) -> None:
+    pass

@@ -1,0 +1,93 @@
+"""Reading compressed files as they are, and writing files whole or not at all."""
+
+import bz2
+import gzip
+import lzma
+import os
+import tempfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from laserimg.errors import LaserImgError
+
+# A compressed file may claim any size; nothing a scanner writes comes near this.
+MAX_UNPACKED_BYTES = 4 << 30
+
+_OPENERS = {".bz2": bz2.open, ".gz": gzip.open, ".xz": lzma.open}
+
+
+def stem(path: Path) -> str:
+    """Return the file's name without its suffix and without a compression suffix.
+
+    Examples
+    --------
+    >>> stem(Path("scans/room.1.dat.bz2"))
+    'room.1'
+    """
+    return without_compression(path).stem
+
+
+def without_compression(path: Path) -> Path:
+    """Return the path without ``.bz2``, ``.gz`` or ``.xz`` at its end."""
+    return path.with_suffix("") if path.suffix.lower() in _OPENERS else path
+
+
+def read_bytes(path: Path, limit: int = MAX_UNPACKED_BYTES) -> bytes:
+    """Return the contents of a file, unpacked if it ends in ``.bz2``, ``.gz`` or ``.xz``.
+
+    Raises
+    ------
+    LaserImgError
+        If the file is missing, unreadable, cut off, or unpacks to more than `limit` bytes.
+    """
+    opener = _OPENERS.get(path.suffix.lower(), open)
+    try:
+        with opener(path, "rb") as file:
+            data = file.read(limit + 1)
+    except FileNotFoundError:
+        raise LaserImgError("no such file") from None
+    except (OSError, EOFError, lzma.LZMAError, zlib.error) as error:
+        raise LaserImgError(f"cannot be read: {error}") from error
+    if len(data) > limit:
+        raise LaserImgError(f"holds more than {limit >> 20} MB")
+    return data  # type: ignore[return-value]
+
+
+@contextmanager
+def atomic_write(path: Path) -> Iterator[Path]:
+    """Give a temporary path beside `path`; it takes the name `path` only if the block succeeds.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> target = Path(tempfile.mkdtemp()) / "a.txt"
+    >>> with atomic_write(target) as temporary:
+    ...     _ = temporary.write_text("whole")
+    >>> target.read_text()
+    'whole'
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    # The suffix stays: cv2.imwrite and others choose the format by it.
+    handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        temporary.chmod(0o666 & ~_umask())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all."""
+    with atomic_write(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,1 @@
+"""Geometry of a scan: pitch between rays, planes, floor."""

@@ -1,0 +1,124 @@
+"""Scans from files: `open_scans` finds the reader by the suffix."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from functools import cache
+from glob import glob, has_magic
+from importlib import import_module
+from importlib.metadata import entry_points
+from pathlib import Path
+
+from laserimg.errors import ConfigError, LaserImgError, MissingExtraError, ScanError
+from laserimg.files import without_compression
+from laserimg.readers.limits import range_limits
+from laserimg.scan import Scan
+
+Reader = Callable[[Path], Iterator[Scan]]
+
+# Entry points of other packages: name = suffix without dot, value = a `Reader`.
+ENTRY_POINTS = "laserimg.readers"
+
+_BUILT_IN = {
+    ".npz": "npz:read_npz",
+    ".ptx": "ptx:read_ptx",
+    ".pcd": "pcd:read_pcd",
+}
+
+
+def open_scans(path: str | Path) -> Iterator[Scan]:
+    """Yield every scan of a file, of the files of a folder, or of a glob.
+
+    Parameters
+    ----------
+    path : str or Path
+        A folder is searched with its subfolders, for files with a known suffix, in order of name.
+
+    Raises
+    ------
+    ScanError
+        Naming the file, if it is missing or cannot be read as a scan.
+    MissingExtraError
+        If its format needs an extra that is not installed.
+
+    Examples
+    --------
+    >>> next(open_scans("missing.ptx"))
+    Traceback (most recent call last):
+    laserimg.errors.ScanError: missing.ptx: no such file
+    """
+    for file in find_files([path]):
+        yield from read_file(file)
+
+
+def find_files(paths: Iterable[str | Path]) -> list[Path]:
+    """Return the scan files that files, folders and globs name, each once, in order.
+
+    A folder gives the files in it and below it whose suffix has a reader; a file is taken as it is.
+
+    Raises
+    ------
+    ScanError
+        If a glob matches nothing, or a folder holds no file with a known suffix.
+    """
+    found: dict[Path, None] = {}
+    for path in paths:
+        found.update(dict.fromkeys(_files_of(Path(path))))
+    return list(found)
+
+
+def read_file(path: Path) -> Iterator[Scan]:
+    """Yield the scans of one file, with source, index and the limits that stand beside it.
+
+    Raises
+    ------
+    ScanError, MissingExtraError, ConfigError
+        Naming the file.
+    """
+    try:
+        reader = _reader_of(path)
+        near, far = range_limits(path)
+        for index, scan in enumerate(reader(path)):
+            named = scan.with_limits(near, far)
+            yield replace(named, source=str(path), index=index)
+    except (MissingExtraError, ConfigError):
+        raise
+    except LaserImgError as error:
+        raise ScanError(f"{path}: {error}") from error
+
+
+def suffixes() -> list[str]:
+    """Return the suffixes that have a reader, built in or from other packages."""
+    return sorted({*_BUILT_IN, *_plugins()})
+
+
+def _files_of(path: Path) -> list[Path]:
+    if path.is_dir():
+        known = set(suffixes())
+        inside = (
+            file for file in sorted(path.rglob("*")) if without_compression(file).suffix.lower() in known
+        )
+        files = [file for file in inside if file.is_file()]
+    elif has_magic(str(path)) and not path.exists():
+        # Path.glob takes no absolute pattern.
+        names = sorted(glob(str(path), recursive=True))  # noqa: PTH207
+        files = [file for file in map(Path, names) if file.is_file()]
+    else:
+        return [path]
+    if not files:
+        raise ScanError(f"{path}: no scan files")
+    return files
+
+
+def _reader_of(path: Path) -> Reader:
+    suffix = without_compression(path).suffix.lower()
+    if suffix in _plugins():
+        return _plugins()[suffix].load()
+    if suffix not in _BUILT_IN:
+        raise ScanError(f"no reader for {suffix or 'a file without suffix'}; known: {' '.join(suffixes())}")
+    module, _, function = _BUILT_IN[suffix].partition(":")
+    return getattr(import_module(f"{__name__}.{module}"), function)
+
+
+@cache
+def _plugins() -> dict:
+    return {f".{entry.name.lower().lstrip('.')}": entry for entry in entry_points(group=ENTRY_POINTS)}

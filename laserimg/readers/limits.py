@@ -1,0 +1,65 @@
+"""Limits of the range that stand beside a scan: masks, nothing is removed."""
+
+import json
+import tomllib
+from pathlib import Path
+
+from laserimg.errors import ConfigError
+from laserimg.files import stem
+
+FOLDER_FILE = "laserimg.toml"
+_KEYS = ("min_range", "max_range")
+
+
+def range_limits(path: Path) -> tuple[float | None, float | None]:
+    """Return `min_range` and `max_range` in metres for a scan file; None where nothing is said.
+
+    The side file ``NAME.json`` holds before ``laserimg.toml`` in the same folder.
+
+    Raises
+    ------
+    ConfigError
+        Naming the file, if ``laserimg.toml`` is malformed.
+    """
+    said = _from_folder(path.parent / FOLDER_FILE) | _from_side_file(path)
+    return said.get("min_range"), said.get("max_range")
+
+
+def side_file(path: Path) -> dict | None:
+    """Return the JSON object ``NAME.json`` beside a scan file, or None.
+
+    A list, a COCO file of boxes or anything else that describes no scan is not a side file.
+    """
+    beside = path.with_name(f"{stem(path)}.json")
+    try:
+        content = json.loads(beside.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None
+    return content if isinstance(content, dict) and "annotations" not in content else None
+
+
+def _from_folder(path: Path) -> dict[str, float]:
+    if not path.is_file():
+        return {}
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{path}: {error}") from error
+    if content.pop("format", 1) != 1:
+        raise ConfigError(f"{path}: format must be 1")
+    for key in content:
+        if key not in _KEYS:
+            raise ConfigError(f"{path}: unknown key {key!r}; known: format {' '.join(_KEYS)}")
+    return {key: _metres(path, key, value) for key, value in content.items()}
+
+
+def _from_side_file(path: Path) -> dict[str, float]:
+    content = side_file(path) or {}
+    beside = path.with_name(f"{stem(path)}.json")
+    return {key: _metres(beside, key, content[key]) for key in _KEYS if key in content}
+
+
+def _metres(path: Path, key: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
+        raise ConfigError(f"{path}: {key} must be a number of metres, got {value!r}")
+    return float(value)

@@ -1,0 +1,43 @@
+"""Numbers out of text, checked line by line."""
+
+import io
+
+import numpy as np
+from numpy.typing import NDArray
+
+from laserimg.errors import ScanError
+
+
+def read_table(
+    lines: io.BytesIO, columns: int | None = None, rows: int | None = None, delimiter: str | None = None
+) -> NDArray[np.float64]:
+    """Return the next lines as rows of numbers; every line must have as many.
+
+    Parameters
+    ----------
+    lines : binary file
+        Is left behind the last line read.
+    columns : int, optional
+        Take the first so many columns.
+    rows : int, optional
+        Take so many lines, else all that are left.
+
+    Raises
+    ------
+    ScanError
+        If a line holds something else, or too few numbers.
+    """
+    usecols = None if columns is None else range(columns)
+    try:
+        table = np.loadtxt(
+            lines, ndmin=2, usecols=usecols, max_rows=rows, delimiter=delimiter, encoding="latin1"
+        )
+    except (ValueError, UnicodeDecodeError) as error:
+        raise ScanError(f"not a table of numbers: {_first_line(error)}") from error
+    if rows is not None and len(table) < rows:
+        raise ScanError(f"is cut off: {len(table)} of {rows} points")
+    return table
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).partition("\n")[0][:120]

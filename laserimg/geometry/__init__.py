@@ -1,1 +1,1 @@
-"""Geometry of a scan: pitch between rays, planes, floor."""
+"""Planes, the floor and the angular pitch: what is known of a scan's geometry before any image."""

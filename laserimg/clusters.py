@@ -1,0 +1,127 @@
+"""The default partition: objects, each the returns that hold together after floor and walls are gone."""
+
+import cv2
+import numpy as np
+
+from laserimg.geometry.floor import Floor
+from laserimg.geometry.large_planes import TOLERANCE_M, LargePlane, large_planes
+from laserimg.lattice import Offset, connected, step_links
+from laserimg.mixed_pixels import Partition, with_mixed_pixels
+from laserimg.regions import MIN_PIXELS
+from laserimg.scan import BoolArray, Float32Array, Scan
+
+# Two returns hold together if they are no farther apart than this share of their range: 4 cm at
+# 1.3 m, where a wastebasket stands 12 cm before a desk, and 0.4 m at 12 m, where a windscreen
+# gives no return. `tools/region_variants.py` prints what other shares, the reference step and the
+# angle criterion of Bogoslavskyi and Stachniss (2016) give on the same scans.
+LINK = 1 / 30
+
+# Rays that are compared, in pixels: neighbours, and farther ones that bridge gaps without return.
+REACHES = (1, 2, 4, 8)
+
+_THIN_PIXELS = 10_000
+
+
+def find_clusters(scan: Scan, floor: Floor | None, link: float = LINK) -> Partition:
+    """Return the objects of a scan as a partition of its pixels.
+
+    Floor and large planes are taken out; two returns up to 8 pixels apart in a row or a column
+    are linked if their distance in 3D is at most `link` times their range; connected sets of more
+    than 15 pixels are clusters, numbered from 1 in raster order of their first pixel, and get back
+    the mixed pixels at their edge. This is
+    the radially bounded nearest neighbour of Klasing et al. (2008, doi:10.1109/ROBOT.2008.4543661)
+    with the radius in proportion to range (paper 1, section 4.1), on the lattice of the scan in
+    place of a k-d tree. Columns wrap where the scan does.
+
+    Differs from paper 2, section 4, whose constant step of 5 cm (`regions.reference_regions`) lets
+    objects flow into the floor and fall apart at windscreens.
+
+    Parameters
+    ----------
+    scan : Scan
+    floor : Floor or None
+        As `find_floor` gives it; None takes no floor out.
+    link : float
+        Largest distance between linked returns, as a share of their range.
+
+    Returns
+    -------
+    Partition
+        Label 0 = no cluster: no return, floor, large plane, or too few pixels.
+    """
+    objects = standing_objects(scan, floor)
+    values = np.full(scan.shape, np.nan, np.float32)
+    np.log(scan.range, out=values, where=objects)
+    labels = connected(objects, step_links(values, link_limits(scan, link), scan.wraps), MIN_PIXELS)
+    return with_mixed_pixels(scan, labels, objects & (labels == 0))
+
+
+def standing_objects(scan: Scan, floor: Floor | None) -> BoolArray:
+    """Return the (H, W) mask of valid returns that are neither floor nor large plane."""
+    objects = scan.valid
+    if floor is not None:
+        objects &= floor.height_of(scan.points()) > floor.clearance_m
+    step = _thinning(scan)
+    thin_points = scan.range[::step, ::step, None] * scan.directions[::step, ::step]
+    pitch = _median_pitch(scan.directions, step)
+    for large in large_planes(thin_points, np.ascontiguousarray(objects[::step, ::step]), pitch):
+        _take_out(objects, scan, large, step)
+    return objects
+
+
+def link_limits(scan: Scan, link: float) -> dict[Offset, Float32Array]:
+    """Return, for every offset compared, the largest difference of log range that links two pixels.
+
+    The squared distance of two returns as a share of their range is the squared difference of log
+    range plus the squared chord between the rays. Neighbouring rays may always be linked, by at
+    least half of `link`: some scanners have beams farther apart than that.
+    """
+    step = _thinning(scan)
+    limits = {}
+    for reach in REACHES:
+        for offset in ((0, reach), (reach, 0)):
+            if min(scan.shape) <= 2 * reach:
+                continue
+            room = link**2 - _squared_chord(scan.directions, offset, step)
+            room = np.maximum(room, (link / 2) ** 2) if reach == 1 else np.where(room > 0, room, np.nan)
+            limits[offset] = cv2.resize(np.sqrt(room), scan.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    return limits
+
+
+def _squared_chord(directions: Float32Array, offset: Offset, step: int) -> Float32Array:
+    """Squared distance of the tips of two rays `offset` apart, on a lattice thinned by `step`."""
+    rows, columns = offset
+    first = directions[: directions.shape[0] - rows : step, : directions.shape[1] - columns : step]
+    second = directions[rows::step, columns::step]
+    difference = second - first
+    return np.einsum("ijk,ijk->ij", difference, difference)
+
+
+def _thinning(scan: Scan) -> int:
+    """Step that leaves about `_THIN_PIXELS` of the lattice."""
+    return max(1, round(np.sqrt(scan.range.size / _THIN_PIXELS)))
+
+
+def _median_pitch(directions: Float32Array, step: int) -> tuple[float, float]:
+    across, up = (
+        float(np.sqrt(np.median(_squared_chord(directions, offset, step)))) for offset in ((0, 1), (1, 0))
+    )
+    return across * step, up * step
+
+
+def _take_out(objects: BoolArray, scan: Scan, large: LargePlane, step: int) -> None:
+    """Clear the returns of `objects` near the plane, within the thinned patch and a step around it."""
+    patch = cv2.dilate(large.mask.view(np.uint8), np.ones((3, 3), np.uint8))
+    rows, columns = np.flatnonzero(patch.any(axis=1)), np.flatnonzero(patch.any(axis=0))
+    window = (
+        slice(rows[0] * step, (rows[-1] + 1) * step),
+        slice(columns[0] * step, (columns[-1] + 1) * step),
+    )
+    full = np.kron(
+        patch[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1], np.ones((step, step), np.uint8)
+    )
+    inside = objects[window]
+    along = scan.directions[window] @ large.plane.normal.astype(np.float32)
+    along *= scan.range[window]
+    along -= np.float32(large.plane.offset_m)
+    inside &= ~((np.abs(along) <= TOLERANCE_M) & full[: inside.shape[0], : inside.shape[1]].view(np.bool_))

@@ -1,0 +1,209 @@
+"""Regions as sets of pixels, and the metric box: what is measured of each in metres."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from laserimg.geometry.floor import Floor
+from laserimg.projection import angles_from_directions
+from laserimg.regions import Labels
+from laserimg.scan import Float32Array, Scan
+
+# Spans are between these quantiles, so that a stray return does not stretch an object.
+QUANTILE = 0.01
+# An object whose lowest point is nearer to the floor than this stands on it.
+STANDS_WITHIN_M = 0.25
+
+_MAX_MEASURED = 4096
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Region:
+    """A connected set of pixels that are one surface or object.
+
+    Parameters
+    ----------
+    pixels : (n,) array of int
+        Positions in the flattened grid, ascending.
+    box : (float, float, float, float)
+        Bounding rectangle ``x, y, w, h``; at the seam ``0 <= x < W`` and ``x + w > W``.
+    """
+
+    pixels: NDArray[np.intp]
+    box: tuple[float, float, float, float]
+
+    @classmethod
+    def from_pixels(cls, pixels: NDArray[np.intp], width: int, wraps: bool) -> "Region":
+        """Return the region of some pixels of a grid of `width` columns."""
+        rows, columns = np.divmod(pixels, width)
+        left, across = _extent(np.unique(columns), width, wraps)
+        top = int(rows.min())
+        return cls(pixels, (float(left), float(top), float(across), float(rows.max() - top + 1)))
+
+
+def _extent(columns: NDArray[np.intp], width: int, wraps: bool) -> tuple[int, int]:
+    """First column and number of columns of the shortest interval, modulo width if the grid wraps."""
+    if wraps and columns[0] == 0 and columns[-1] == width - 1 and len(columns) < width:
+        gap = int(np.argmax(np.diff(columns)))
+        return int(columns[gap + 1]), int(columns[gap] + width - columns[gap + 1] + 1)
+    return int(columns[0]), int(columns[-1] - columns[0] + 1)
+
+
+def regions_of(labels: Labels, wraps: bool) -> list[Region]:
+    """Return the regions of a label image, in the order of their numbers.
+
+    Examples
+    --------
+    >>> labels = np.array([[1, 0, 0, 1], [1, 0, 2, 1]], np.int32)
+    >>> [region.box for region in regions_of(labels, wraps=True)]
+    [(3.0, 0.0, 2.0, 2.0), (2.0, 1.0, 1.0, 1.0)]
+    """
+    pixels = np.flatnonzero(labels)
+    number = labels.ravel()[pixels]
+    if len(number) and int(number.max()) < 1 << 16:
+        number = number.astype(np.uint16)  # sorted by radix: 5 times faster
+    order = np.argsort(number, kind="stable")
+    starts = np.flatnonzero(np.diff(number[order], prepend=number.dtype.type(0)))
+    parts = np.split(pixels[order], starts[1:]) if len(starts) else []
+    return [Region.from_pixels(part, labels.shape[1], wraps) for part in parts]
+
+
+@dataclass(frozen=True, slots=True)
+class MetricBox:
+    """The measured sizes and place of a region's returns, in metres and degrees.
+
+    Parameters
+    ----------
+    width, depth : float
+        Across and along the horizontal line of sight to the median point.
+    height : float
+        From the lowest point to the top along up; from the floor if the object stands on it.
+    length, breadth : float
+        Long and short side of the oriented rectangle seen from above.
+    x, y, z : float
+        Median point in the scanner's frame.
+    range : float
+        Median range.
+    azimuth_deg, elevation_deg : float
+        Direction of the median point.
+    height_above_floor : float or None
+        Of the lower face of the box; 0 if the object stands on the floor, None without a floor.
+    points : int
+        Returns in the region.
+    """
+
+    width: float
+    depth: float
+    height: float
+    length: float
+    breadth: float
+    x: float
+    y: float
+    z: float
+    range: float
+    azimuth_deg: float
+    elevation_deg: float
+    height_above_floor: float | None
+    points: int
+
+
+def metric_box(
+    scan: Scan, region: Region, floor: Floor | None, range_m: Float32Array | None = None
+) -> MetricBox | None:
+    """Measure a region; None if it has no valid return.
+
+    All sizes are spans between the 1 % and 99 % quantiles of the region's points (of an even
+    selection of about 4000 if there are more). This is the box of paper 2, section 4
+    ("27cm x 12cm x 31cm (width, depth, height)"), with three differences: the spans are robust;
+    a ray stands for its whole pixel, so that spans grow by half the pitch at both ends (an edge
+    lies anywhere between the last ray that hits and the first that misses); and the height counts
+    from the floor when the lowest point is within 0.25 m of it, because the foot is usually cut
+    away with the floor.
+
+    Parameters
+    ----------
+    scan : Scan
+    region : Region
+        Pixels without a valid return do not count.
+    floor : Floor or None
+    range_m : (H, W) array of float32, optional
+        Ranges to measure with in place of the scan's, as `Partition.range`.
+    """
+    pixels = region.pixels[scan.valid.ravel()[region.pixels]]
+    if len(pixels) == 0:
+        return None
+    measured = pixels[:: max(1, len(pixels) // _MAX_MEASURED)]
+    ranges = (scan.range if range_m is None else range_m).ravel()[measured]
+    points = (ranges[:, None] * scan.directions.reshape(-1, 3)[measured]).astype(np.float64)
+    middle = np.median(points, axis=0)
+    axes = _axes(points, middle, scan.up)
+    half_pixel = _half_pixel(scan, measured[len(measured) // 2], axes) * float(np.median(ranges))
+    low, high = _spans(points, axes)
+    width, depth, height, first, second = high - low + 2 * half_pixel
+    above = None
+    if floor is not None:
+        bottom, top = _over_floor(points, floor)
+        stands = bottom <= STANDS_WITHIN_M
+        above = 0.0 if stands else float(bottom)
+        height = max(top + half_pixel[2], 0.0) if stands else height
+    azimuth, elevation = angles_from_directions(middle)
+    return MetricBox(
+        width=float(width),
+        depth=float(depth),
+        height=float(height),
+        length=float(max(first, second)),
+        breadth=float(min(first, second)),
+        x=float(middle[0]),
+        y=float(middle[1]),
+        z=float(middle[2]),
+        range=float(np.median(ranges)),
+        azimuth_deg=float(np.degrees(azimuth)),
+        elevation_deg=float(np.degrees(elevation)),
+        height_above_floor=above,
+        points=len(pixels),
+    )
+
+
+def _axes(points: NDArray, middle: NDArray, up: NDArray) -> NDArray[np.float64]:
+    """Unit vectors (5, 3): across and along the line of sight, up, and the sides of the rectangle."""
+    level = middle - (middle @ up) * up
+    if np.linalg.norm(level) < 1e-6:  # straight above or below the scanner every horizontal will do
+        level = np.cross(up, (1.0, 0.0, 0.0) if abs(up[0]) < 0.9 else (0.0, 1.0, 0.0))
+    along = level / np.linalg.norm(level)
+    across = np.cross(up, along)
+    seen_from_above = np.stack([points @ along, points @ across], axis=1).astype(np.float32)
+    angle = np.radians(cv2.minAreaRect(seen_from_above)[2])
+    side = np.cos(angle) * along + np.sin(angle) * across
+    return np.stack([across, along, up, side, np.cross(up, side)])
+
+
+def _half_pixel(scan: Scan, pixel: int, axes: NDArray) -> NDArray[np.float64]:
+    """Half the footprint of a pixel along every axis (5,), as a share of the range."""
+    height, width = scan.shape
+    row, column = divmod(int(pixel), width)
+    columns = [max(column - 2, 0), min(column + 2, width - 1)]
+    rows = [max(row - 2, 0), min(row + 2, height - 1)]
+    across = scan.directions[row, columns[1]] - scan.directions[row, columns[0]].astype(np.float64)
+    upwards = scan.directions[rows[0], column] - scan.directions[rows[1], column].astype(np.float64)
+    across, upwards = across / (columns[1] - columns[0]), upwards / (rows[1] - rows[0])
+    half = (np.abs(axes @ across) + np.abs(axes @ upwards)) / 2
+    half[1] = 0.0  # along the line of sight a pixel has no extent
+    # The sides of the rectangle lie between across and along.
+    half[3:] = np.abs(axes[3:] @ axes[0]) * half[0]
+    return half
+
+
+def _spans(points: NDArray, axes: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Low and high quantile of the points along every axis."""
+    cut = int(QUANTILE * len(points))
+    along_axes = np.partition(points @ axes.T, (cut, len(points) - 1 - cut), axis=0)
+    return along_axes[cut], along_axes[len(points) - 1 - cut]
+
+
+def _over_floor(points: NDArray, floor: Floor) -> tuple[float, float]:
+    """Low and high quantile of the points' height over the floor."""
+    heights = np.sort(floor.height_of(points))
+    cut = int(QUANTILE * len(points))
+    return float(heights[cut]), float(heights[len(points) - 1 - cut])

@@ -1,0 +1,72 @@
+"""Mixed pixels: beams that hit the edge of an object and what is behind it at once."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from laserimg.regions import Labels
+from laserimg.scan import BoolArray, Float32Array, Scan
+
+# Share of a mixed beam that must have hit the object in front.
+MIN_SHARE = 1 / 3
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Partition:
+    """Which region every pixel belongs to, and the range to measure it with.
+
+    Parameters
+    ----------
+    labels : (H, W) array of int32
+        0 = no region.
+    range : (H, W) array of float32
+        Metres; a mixed pixel has the range of the edge it lies on.
+    """
+
+    labels: Labels
+    range: Float32Array
+
+
+def with_mixed_pixels(scan: Scan, labels: Labels, loose: BoolArray) -> Partition:
+    """Give mixed pixels back to the object in front.
+
+    A loose pixel between a labelled pixel and a farther one on the opposite side (left and right,
+    or above and below), with a range between theirs, was hit by a beam that saw both. If at least
+    a third of it saw the near one, the edge of the object runs through the pixel: it joins the
+    object, at the range of its neighbour, since its own is nobody's.
+
+    On the office scan the wastebasket is 10 columns of clean returns and 2 of mixed ones: 0.20 m
+    wide without them, 0.24 m with them.
+
+    Parameters
+    ----------
+    scan : Scan
+    labels : (H, W) array of int32
+    loose : (H, W) array of bool
+        Returns that may be mixed: of no region, not floor, not a large plane.
+    """
+    row, column = np.nonzero(loose)
+    new_labels, new_range = labels.copy(), scan.range.copy()
+    own = scan.range[row, column]
+    nearest = np.full(len(own), np.inf, np.float32)
+    for rows, columns in ((0, 1), (0, -1), (1, 0), (-1, 0)):
+        label, near = _at(labels, scan.range, row + rows, column + columns, scan.wraps)
+        _, far = _at(labels, scan.range, row - rows, column - columns, scan.wraps)
+        mixed = (label > 0) & (near < own) & (own < far) & (far - own >= MIN_SHARE * (far - near))
+        mixed &= near < nearest
+        new_labels[row[mixed], column[mixed]] = label[mixed]
+        new_range[row[mixed], column[mixed]] = near[mixed]
+        nearest[mixed] = near[mixed]
+    return Partition(new_labels, new_range)
+
+
+def _at(
+    labels: Labels, range_m: Float32Array, row: np.ndarray, column: np.ndarray, wraps: bool
+) -> tuple[Labels, Float32Array]:
+    """Label and range at some places; 0 and 0 outside the grid."""
+    height, width = labels.shape
+    inside = (row >= 0) & (row < height)
+    if not wraps:
+        inside &= (column >= 0) & (column < width)
+    row, column = np.where(inside, row, 0), np.where(inside, column % width, 0)
+    return np.where(inside, labels[row, column], 0), np.where(inside, range_m[row, column], np.float32(0))

@@ -3,6 +3,7 @@
 import typer
 
 import laserimg
+from laserimg.cli import rules
 
 app = typer.Typer(
     name="laserimg",
@@ -27,3 +28,6 @@ def _options(
     ),
 ) -> None:
     pass
+
+
+app.add_typer(rules.app)

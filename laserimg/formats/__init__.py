@@ -1,0 +1,1 @@
+"""File formats: scans, side files, TOML, cards, COCO."""

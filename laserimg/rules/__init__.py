@@ -1,0 +1,1 @@
+"""Rules: limits in metres that a candidate of a class must keep."""

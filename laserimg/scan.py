@@ -133,6 +133,57 @@ class Scan:
         range_array[~np.isfinite(range_array)] = 0
         return cls(range_array, directions_from_angles(azimuth, elevation), **fields)
 
+    @classmethod
+    def from_points(
+        cls,
+        xyz: ArrayLike,
+        origin: ArrayLike = (0.0, 0.0, 0.0),
+        reflectance: ArrayLike | None = None,
+        shape: tuple[int, int] | None = None,
+        pitch: float | None = None,
+        fill_gaps: bool = False,
+        **fields: Any,
+    ) -> Self:
+        """Make a scan from points in any order, by projection onto a spherical grid.
+
+        The nearest return of every ray wins; `filled` marks the one-pixel gaps.
+
+        Parameters
+        ----------
+        xyz : (N, 3) array
+            Metres, z up.
+        origin : (3,) array
+            Where the scanner stood, in the frame of the points.
+        reflectance : (N,) array, optional
+        shape : (int, int), optional
+            Rows and columns of the grid.
+        pitch : float, optional
+            Radians from ray to ray, when no `shape` is given; else estimated from the points.
+        fill_gaps : bool
+            Give the rays in `filled` the mean range of their neighbours instead of none.
+        **fields
+            Further fields of `Scan`; ``world_from_scan`` is the place of `origin` unless given.
+
+        Raises
+        ------
+        ScanError
+            If the points make no grid of at least 2 rows and columns.
+
+        Examples
+        --------
+        >>> Scan.from_points([[4, 1, 0], [2, 0, 0], [4, -1, 1]], pitch=0.2).shape
+        (2, 3)
+        """
+        from laserimg.projection import project
+
+        grid = project(xyz, origin, reflectance, shape, pitch, fill_gaps)
+        pose = np.eye(4)
+        pose[:3, 3] = origin
+        fields.setdefault("world_from_scan", pose)
+        return cls(
+            grid.range, grid.directions, grid.reflectance, filled=grid.filled, wraps=grid.wraps, **fields
+        )
+
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of the grid."""

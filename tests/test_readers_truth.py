@@ -1,6 +1,7 @@
 """Every format against the decoded truth of a real file."""
 
 import numpy as np
+import pytest
 
 from laserimg.readers import open_scans
 
@@ -29,3 +30,56 @@ def test_ptx_stands_upright_and_loses_nothing(data):
     np.testing.assert_allclose(scan.points(), truth["xyz"], atol=1e-5)
     np.testing.assert_array_equal(scan.reflectance[scan.range > 0], truth["intensity"][scan.range > 0])
     assert round(float((scan.range == 0).mean()), 3) == 0.053
+
+
+@pytest.mark.parametrize("name", ["scan000", "scan001"])
+def test_corridor_equals_the_raw_ranges(data, name):
+    scan = only(data(f"corridor_lms200/{name}.3d"))
+    truth = np.load(data(f"sick/lms200_tilt_kurt3d/{name}_range.npz"))["range_mm"][::-1, ::-1]
+    expected = np.where(truth >= 32759, 0, truth / 1000)
+    np.testing.assert_array_equal(scan.range > 0, expected > 0)
+    np.testing.assert_allclose(scan.range, expected, atol=1e-3)
+    assert not scan.wraps
+    assert scan.min_range == 0.5
+
+
+def test_the_pose_of_the_second_corridor_scan_lays_it_on_the_first(data):
+    from scipy.spatial import cKDTree
+
+    first, second = (only(data(f"corridor_lms200/scan00{k}.3d")) for k in (0, 1))
+    tree = cKDTree(first.points()[first.valid])
+    points = second.points()[second.valid][::20]
+    pose = second.world_from_scan
+    there = tree.query(points @ pose[:3, :3].T + pose[:3, 3])[0]
+    unmoved = tree.query(points)[0]
+    assert np.percentile(there, 75) < 0.06
+    assert np.percentile(unmoved, 75) > 0.15
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "kitti/training/velodyne/000000.bin",
+        "kitti/training/velodyne/000001.bin",
+        "kitti/training/velodyne/000002.bin",
+        "semantickitti/000000.bin",
+    ],
+)
+def test_kitti_has_64_rings(data, name):
+    path = data(name)
+    scan = only(path)
+    points = np.fromfile(path, np.float32).reshape(-1, 4)
+    turn = np.mod(np.arctan2(points[:, 1], points[:, 0]).astype(np.float64), 2 * np.pi)
+    ring = np.r_[0, np.cumsum(np.diff(turn) < -np.pi)]
+    assert scan.shape[0] == 64 == ring.max() + 1
+    assert scan.wraps
+    returns = scan.range > 0
+    assert returns.sum() > 0.997 * len(points)
+    # Every row holds the points of its ring.
+    np.testing.assert_allclose(returns.sum(axis=1), np.bincount(ring), atol=40)
+    # Neighbours in a row are neighbours in azimuth: no tearing.
+    azimuth = np.arctan2(scan.directions[..., 1], scan.directions[..., 0])
+    expected = np.pi - (np.arange(scan.shape[1]) + 0.5) * 2 * np.pi / scan.shape[1]
+    off = np.degrees((azimuth - expected + np.pi) % (2 * np.pi) - np.pi)[returns]
+    assert np.percentile(np.abs(off - np.median(off)), 90) < 0.8
+    assert np.abs(np.median(off)) < 0.5

@@ -19,6 +19,8 @@ Reader = Callable[[Path], Iterator[Scan]]
 ENTRY_POINTS = "laserimg.readers"
 
 _BUILT_IN = {
+    ".3d": "uos:read_uos",
+    ".bin": "kitti:read_kitti",
     ".npz": "npz:read_npz",
     ".ptx": "ptx:read_ptx",
     ".pcd": "pcd:read_pcd",

@@ -1,27 +1,34 @@
-"""The steady spacing of beams, from angles measured with gaps."""
+"""The number of every beam along its line, from angles measured with gaps."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 
-# Gaps of more steps than this say less about the step than they cost in certainty.
-_MAX_GAP = 5
 # Angles that lie on a lattice differ from it by less than this part of a step (rms).
 _SHARP = 0.15
+# A longer step, in usual steps, jumped over a missing beam.
+_GAP = 1.5
+# A shorter one is jitter.
+_JITTER = 0.3
+# Nearer than this, in usual steps, two points are returns of one beam.
+_SAME_BEAM = 0.05
 
 
 def usual_step(steps: FloatArray) -> float:
-    """Return the step of a lattice from differences that are mostly one step, some of them several."""
+    """Return the mean step from beam to beam, jitter and jumps over missing beams left out.
+
+    The mean, not the median: a spinning scanner that measures its angle in coarse units gives six
+    steps of two units and one of one.
+    """
     forward = np.abs(steps[steps != 0])
-    step = float(np.median(forward))
-    multiples = np.round(forward / step)
-    near = (multiples >= 1) & (multiples <= _MAX_GAP) & (np.abs(forward - multiples * step) < _SHARP * step)
-    return float(forward[near].sum() / multiples[near].sum()) if near.any() else step
+    forward = forward[forward > _JITTER * np.median(forward)]
+    return float(forward[forward < _GAP * np.median(forward)].mean())
 
 
-def lattice_index(angles: FloatArray, step: float) -> tuple[NDArray[np.intp], bool]:
-    """Return the number of every angle on the lattice that fits best, and whether it fits.
+def lattice_index(angles: FloatArray, step: float) -> tuple[IntArray, bool]:
+    """Return the number of every angle on the even lattice that fits best, and whether it fits.
 
     Parameters
     ----------
@@ -32,10 +39,56 @@ def lattice_index(angles: FloatArray, step: float) -> tuple[NDArray[np.intp], bo
     phase = float(np.angle(np.exp(2j * np.pi * angles / step).sum())) * step / (2 * np.pi)
     index = np.round((angles - phase) / step)
     for _ in range(3):
-        centre = index.mean()
-        spread = float(((index - centre) ** 2).sum())
-        step = float(((index - centre) * angles).sum()) / spread if spread else step
-        phase = float(angles.mean() - step * centre)
+        off_centre = index - index.mean()
+        step = float((off_centre * angles).sum()) / max(float((off_centre**2).sum()), 1.0)
+        if not step > 0:
+            return np.zeros(len(angles), np.intp), False
+        phase = float(angles.mean() - step * index.mean())
         index = np.round((angles - phase) / step)
     sharp = float(np.sqrt(((angles - phase - index * step) ** 2).mean())) < _SHARP * step
     return (index - index.min()).astype(np.intp), sharp
+
+
+def cell_index(
+    angles: FloatArray, line: IntArray, step: float, turn: bool = False
+) -> tuple[IntArray, NDArray[np.bool_]]:
+    """Number angles that lie on no even lattice by cells of about one step, one point a cell.
+
+    The points of a line keep their order, also where jitter or the motion of the scanner turned it
+    around in angle, and move from their own cell as little as that takes (least squares).
+
+    Parameters
+    ----------
+    angles, line : (N,) arrays
+        Angle and number of the line of every point, in the order they were measured; angles grow
+        along lines.
+    step : float
+    turn : bool
+        The cells close a full turn from 0 to 2 pi; else they reach from the least to the greatest angle.
+
+    Returns
+    -------
+    index : (N,) array of int
+    own : (N,) array of bool
+        False for further returns of a beam that has its place.
+    """
+    from scipy.optimize import isotonic_regression
+
+    order = np.argsort(line, kind="stable")
+    again = (np.abs(np.diff(angles[order])) < _SAME_BEAM * step) & (np.diff(line[order]) == 0)
+    own = np.ones(len(angles), bool)
+    own[order[1:][again]] = False
+    order = order[own[order]]
+    low, high = (0.0, 2 * np.pi) if turn else (float(angles.min()), float(angles.max()))
+    _, starts, counts = np.unique(line[order], return_index=True, return_counts=True)
+    cells = max(round((high - low) / step), int(counts.max()))
+    rank = np.arange(len(order)) - np.repeat(starts, counts)
+    wanted = (angles[order] - low) / (high - low) * cells - 0.5
+    # Strictly growing cells are never falling cells less rank; lines lie too far apart to touch.
+    apart = np.repeat(np.arange(len(starts)) * 4.0 * cells, counts)
+    steady = isotonic_regression(np.clip(wanted, -cells, 2 * cells) - rank + apart).x - apart
+    index = np.zeros(len(angles), np.intp)
+    placed = np.round(steady) + rank
+    left_over = cells - np.repeat(counts, counts)
+    index[order] = placed % cells if turn else np.clip(placed, rank, left_over + rank)
+    return index, own

@@ -6,19 +6,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from laserimg.errors import ScanError
+from laserimg.projection import ranges_of, reflectance_of
 from laserimg.readers.rays import complete_directions
 from laserimg.scan import BoolArray, Scan
-
-# Points outside are codes for "no return", not measurements.
-MIN_RANGE_M = 1e-3
-MAX_RANGE_M = 1e5
 
 # Columns close a turn when the step over the seam is like any other step.
 _MAX_SEAM_STEPS = 2.0
 
 
 def scan_from_grid(
-    xyz: ArrayLike, reflectance: ArrayLike | None = None, returned: BoolArray | None = None, **fields: Any
+    xyz: ArrayLike,
+    reflectance: ArrayLike | None = None,
+    returned: BoolArray | None = None,
+    wraps: bool = False,
+    **fields: Any,
 ) -> Scan:
     """Make a scan from points on a grid in the scanner's frame.
 
@@ -29,6 +30,8 @@ def scan_from_grid(
     reflectance : (H, W) array, optional
     returned : (H, W) array of bool, optional
         False where a point only tells the direction of its ray.
+    wraps : bool
+        The columns are known to close a full turn; else their directions tell.
     **fields
         Other fields of `Scan`, such as ``world_from_scan``.
 
@@ -57,30 +60,10 @@ def scan_from_grid(
     if reflectance is not None:
         planes.append(reflectance_of(reflectance, kept))
     planes = upright(planes)
-    wraps, first = turn_of(planes[1])
-    if wraps:
+    closes, first = turn_of(planes[1])
+    if wraps or closes:
         planes = [np.roll(plane, -first, axis=1) for plane in planes]
-    return Scan(planes[0], planes[1], planes[2] if len(planes) > 2 else None, wraps=wraps, **fields)
-
-
-def ranges_of(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], BoolArray]:
-    """Return the length of every point and which of them can be measurements.
-
-    Parameters
-    ----------
-    points : (..., 3) array
-    """
-    with np.errstate(over="ignore", invalid="ignore"):
-        length = np.sqrt(np.einsum("...k,...k->...", points, points))
-        return length, (length >= MIN_RANGE_M) & (length <= MAX_RANGE_M)
-
-
-def reflectance_of(values: ArrayLike, returned: BoolArray) -> NDArray[np.float32]:
-    """Return the sensor's values where there is a return and a value, 0 elsewhere."""
-    array = np.asarray(values, np.float64)
-    with np.errstate(over="ignore"):
-        single = array.astype(np.float32)
-    return np.where(returned & np.isfinite(single), single, np.float32(0))
+    return Scan(planes[0], planes[1], planes[2] if len(planes) > 2 else None, wraps=wraps or closes, **fields)
 
 
 def upright(planes: list[NDArray]) -> list[NDArray]:

@@ -5,98 +5,103 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.readers.beams import lattice_index, usual_step
-from laserimg.readers.grid import ranges_of
-from laserimg.readers.lines import Lines, split_lines
+from laserimg.projection import ranges_of
+from laserimg.readers.fan import fan_places, laser_centre
+from laserimg.readers.lines import split_lines
+from laserimg.readers.rings import ring_places, rings_of_elevation
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
 
-# The head stood still: lines nearer than this are one, if lines are usually further apart.
-_SAME_LINE_RAD = np.radians(0.1)
-_SAME_LINE_PART = 0.25
+_MIN_POINTS = 32
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class HiddenGrid:
-    """The place of every point on the grid.
+    """The place of every point on the grid, in any orientation.
 
     Parameters
     ----------
     row, column : (N,) arrays of int
     kept : (N,) array of bool
-        False for points without place: no measurement, or its pixel was taken.
-    shape : tuple of int
+        False for points without a place: no measurement, or another point has its pixel.
+    origin : (3,) array
+        The centre of the laser, in the frame of the points.
+    wraps : bool
+        The columns are those of full turns.
     """
 
-    row: NDArray[np.intp]
-    column: NDArray[np.intp]
-    kept: NDArray[np.bool_]
-    shape: tuple[int, int]
+    row: IntArray
+    column: IntArray
+    kept: BoolArray
+    origin: FloatArray
+    wraps: bool
 
     def place(self, values: NDArray) -> NDArray:
         """Return (H, W, ...) values on the grid, 0 where there is no point."""
-        grid = np.zeros((*self.shape, *values.shape[1:]), values.dtype)
+        shape = int(self.row[self.kept].max()) + 1, int(self.column[self.kept].max()) + 1
+        grid = np.zeros((*shape, *values.shape[1:]), values.dtype)
         grid[self.row[self.kept], self.column[self.kept]] = values[self.kept]
         return grid
 
 
-def recover(points: FloatArray) -> HiddenGrid | None:
+def recover(points: FloatArray, ring: NDArray[np.integer] | None = None) -> HiddenGrid | None:
     """Recover the grid of points in scan order, with missing beams left out.
 
     Parameters
     ----------
     points : (N, 3) array
-        Metres, in the scanner's frame.
+        Metres.
+    ring : (N,) array of int, optional
+        The number of the beam of a spinning scanner, where the file keeps it.
 
     Returns
     -------
     HiddenGrid, or None if the points stand in no scan order.
     """
     length, known = ranges_of(points)
-    directions = points[known] / length[known, None]
-    lines = split_lines(directions) if len(directions) > 1 else None
-    if lines is None or lines.pole == "ring":
+    if known.sum() < _MIN_POINTS:
         return None
-    beam, line = _fan(directions, lines)
-    row, column = (beam, line) if lines.pole == "z" else (line, beam)
-    return _first_written(row, column, known)
+    seen = points[known]
+    directions = seen / length[known, None]
+    if ring is not None:
+        return _spinning(directions, ring[known], None, known)
+    lines = split_lines(directions)
+    if lines is None:
+        return None
+    if lines.begin is not None:
+        return _spinning(directions, lines.of_point, lines.begin, known)
+    origin = laser_centre(seen, lines)
+    fan = fan_places(_unit(seen - origin), lines)
+    if fan is None:
+        ring = rings_of_elevation(directions)
+        return None if ring is None else _spinning(directions, ring, None, known)
+    row, column = (fan.beam, fan.line) if fan.lines_are_columns else (fan.line, fan.beam)
+    return _on_grid(row, column, fan.own, known, origin, wraps=False)
 
 
-def _fan(directions: FloatArray, lines: Lines) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Number of the beam and of the distinct line of every point of a fan that pans or tilts."""
-    along, first, second = _about(directions, lines.pole)
-    line = lines.line_of_point
-    heading = np.arctan2(np.add.reduceat(second, lines.starts), np.add.reduceat(first, lines.starts))
-    # Measured from the line's own heading, so that a fan of more than half a turn stays one line.
-    ahead = first * np.cos(heading)[line] + second * np.sin(heading)[line]
-    angle = np.arctan2(along, ahead)
-    steps = np.diff(angle)[np.diff(line) == 0]
-    beam, _ = lattice_index(angle, usual_step(steps))
-    return beam, _distinct(heading)[line]
+def _unit(vectors: FloatArray) -> FloatArray:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
-def _about(directions: FloatArray, pole: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The coordinate along the pole, and the two across it."""
-    x, y, z = directions.T
-    return (z, x, y) if pole == "z" else (y, z, x)
+def _spinning(
+    directions: FloatArray, ring: NDArray[np.integer], begin: float | None, known: BoolArray
+) -> HiddenGrid:
+    """Without a known beginning, a turn begins where the file does."""
+    start = float(np.arctan2(directions[0, 1], directions[0, 0])) if begin is None else begin
+    row, column, own, turns = ring_places(directions, ring, start)
+    return _on_grid(row, column, own, known, np.zeros(3), turns)
 
 
-def _distinct(heading: FloatArray) -> NDArray[np.intp]:
-    """Number lines by heading, those nearer than a standing head's jitter as one."""
-    order = np.argsort(heading, kind="stable")
-    steps = np.diff(heading[order])
-    limit = min(_SAME_LINE_RAD, _SAME_LINE_PART * float(np.percentile(steps, 75)))
-    number = np.empty(len(heading), np.intp)
-    number[order] = np.r_[0, np.cumsum(steps >= limit)]
-    return number
-
-
-def _first_written(row: NDArray[np.intp], column: NDArray[np.intp], known: NDArray[np.bool_]) -> HiddenGrid:
-    shape = int(row.max()) + 1, int(column.max()) + 1
-    _, first = np.unique(row * shape[1] + column, return_index=True)
-    places = np.flatnonzero(known)
-    full_row, full_column = np.zeros(len(known), np.intp), np.zeros(len(known), np.intp)
-    full_row[places], full_column[places] = row, column
+def _on_grid(
+    row: IntArray, column: IntArray, own: BoolArray, known: BoolArray, origin: FloatArray, wraps: bool
+) -> HiddenGrid:
+    """Keep the first written point of every pixel."""
+    candidates = np.flatnonzero(own)
+    _, first = np.unique(row[own] * (int(column.max()) + 1) + column[own], return_index=True)
+    rows, columns = np.zeros((2, len(known)), np.intp)
+    rows[known], columns[known] = row, column
     kept = np.zeros(len(known), bool)
-    kept[places[first]] = True
-    return HiddenGrid(full_row, full_column, kept, shape)
+    kept[np.flatnonzero(known)[candidates[first]]] = True
+    return HiddenGrid(rows, columns, kept, origin, wraps)

@@ -5,12 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from laserimg.projection import angles_from_directions, widest_arc
+
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 
 # A step back by this part of a line's extent is the return to its beginning, not jitter.
 _BACK = 0.25
-# Less than this share of steady forward steps is no scan order.
+# With less than this share of forward steps the points stand in no scan order.
 _STEADY = 0.8
+_MIN_LINES = 4
 _MIN_POINTS_PER_LINE = 4
 
 
@@ -20,30 +24,38 @@ class Lines:
 
     Parameters
     ----------
-    starts : (L,) array of int
-        First point of every line.
-    counts : (L,) array of int
-        Points of every line.
-    pole : str
-        "z" or "y": the axis about which the fan turns from line to line (then the angle from the
-        pole grows along a line), or "ring": every line is a turn of a spinning beam.
+    starts, counts : (L,) arrays of int
+        First point and number of points of every line.
+    begin : float, optional
+        Every line is a full turn of a spinning beam that begins at this azimuth.
     """
 
-    starts: NDArray[np.intp]
-    counts: NDArray[np.intp]
-    pole: str
+    starts: IntArray
+    counts: IntArray
+    begin: float | None = None
 
     @property
-    def line_of_point(self) -> NDArray[np.intp]:
+    def of_point(self) -> IntArray:
         """(N,) number of the line of every point."""
         return np.repeat(np.arange(len(self.starts)), self.counts)
+
+    def sums(self, values: NDArray) -> NDArray:
+        """(L, ...) sums over the points of every line."""
+        return np.add.reduceat(values, self.starts, axis=0)
+
+    def steps(self, values: FloatArray) -> FloatArray:
+        """Differences between neighbouring points of the same line."""
+        inside = np.ones(len(values) - 1, bool)
+        inside[self.starts[1:] - 1] = False
+        return np.diff(values)[inside]
 
 
 def split_lines(directions: FloatArray) -> Lines | None:
     """Split points in scan order into lines, where the scan angle jumps back.
 
     Along a line one angle moves steadily: the elevation (a fan that pans), the angle from the y
-    axis (a fan that tilts) or the azimuth (a beam that spins). The steadiest of the three splits.
+    axis (a fan that tilts) or the azimuth (a beam that spins, or a fan that tilts far). The
+    steadiest of the three splits.
 
     Parameters
     ----------
@@ -54,21 +66,35 @@ def split_lines(directions: FloatArray) -> Lines | None:
     -------
     Lines, or None if no angle moves steadily.
     """
-    x, y, z = directions.T
-    angles = {
-        "y": np.arcsin(np.clip(y, -1, 1)),
-        "z": np.arcsin(np.clip(z, -1, 1)),
-        "ring": np.arctan2(y, x) % (2 * np.pi),
-    }
-    steadiness = {pole: _steady_share(angle) for pole, angle in angles.items()}
-    pole = max(steadiness, key=lambda name: steadiness[name])
-    if steadiness[pole] < _STEADY:
+    azimuth, elevation = angles_from_directions(directions)
+    begin, turns = _cut(azimuth, elevation)
+    around = (azimuth - begin) % (2 * np.pi)
+    angles = [elevation, np.arcsin(np.clip(directions[:, 1], -1, 1)), around]
+    steadiness = [_steady_share(angle) for angle in angles]
+    best = int(np.argmax(steadiness))
+    if steadiness[best] < _STEADY:
         return None
-    starts = np.r_[0, _breaks(angles[pole]) + 1]
+    starts = np.r_[0, _breaks(angles[best]) + 1]
     counts = np.diff(np.r_[starts, len(directions)])
-    if len(starts) < 2 or np.median(counts) < _MIN_POINTS_PER_LINE:
+    if len(starts) < _MIN_LINES or np.median(counts) < _MIN_POINTS_PER_LINE:
         return None
-    return Lines(starts, counts, pole)
+    return Lines(starts, counts, begin if turns and best == 2 else None)
+
+
+def _cut(azimuth: FloatArray, elevation: FloatArray) -> tuple[float, bool]:
+    """Azimuth where lines begin, and whether they are full turns."""
+    left, across = widest_arc(azimuth)
+    if across < 2 * np.pi:
+        return left - across / 2 - np.pi, False
+    # The beam climbs to its next ring where a new turn begins.
+    begins = [0.0, np.pi / 2, np.pi, -np.pi / 2, float(azimuth[0])]
+    climbs = [_usual_climb((azimuth - begin) % (2 * np.pi), elevation) for begin in begins]
+    return begins[int(np.argmax(climbs))], True
+
+
+def _usual_climb(angle: FloatArray, elevation: FloatArray) -> float:
+    climbs = np.abs(np.diff(elevation)[_breaks(angle)])
+    return float(np.median(climbs)) if len(climbs) else 0.0
 
 
 def _forward(angle: FloatArray) -> FloatArray:
@@ -76,16 +102,17 @@ def _forward(angle: FloatArray) -> FloatArray:
     return steps * np.sign(np.median(steps))
 
 
-def _extent(angle: FloatArray) -> float:
+def _limit(angle: FloatArray) -> float:
     low, high = np.percentile(angle, [0.5, 99.5])
-    return float(high - low)
+    return _BACK * float(high - low)
 
 
-def _breaks(angle: FloatArray) -> NDArray[np.intp]:
-    return np.flatnonzero(_forward(angle) < -_BACK * _extent(angle))
+def _breaks(angle: FloatArray) -> IntArray:
+    return np.flatnonzero(_forward(angle) < -_limit(angle))
 
 
 def _steady_share(angle: FloatArray) -> float:
-    """Share of the steps that go forward, by a twentieth of the extent at most."""
-    steps, extent = _forward(angle), _extent(angle)
-    return float(((steps > 0) & (steps < _BACK * extent)).mean()) if extent > 0 else 0.0
+    """Share of the steps inside lines that go forward."""
+    steps, limit = _forward(angle), _limit(angle)
+    inside = steps >= -limit
+    return float((steps[inside] > 0).mean()) if limit > 0 and inside.any() else 0.0

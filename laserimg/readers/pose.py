@@ -29,30 +29,34 @@ def rigid(matrix: ArrayLike) -> NDArray[np.float64]:
     return exact
 
 
-def rotation_from_quaternion(quaternion: ArrayLike) -> NDArray[np.float64]:
-    """Return the 3x3 rotation of a quaternion ``w, x, y, z``, normalised first.
+def pose_from_quaternion(wxyz: ArrayLike, translation: ArrayLike) -> NDArray[np.float64]:
+    """Return the 4x4 transform of a quaternion ``w, x, y, z`` of any length and a translation.
 
     Raises
     ------
     ScanError
-        If it has no length.
+        If the quaternion has no length.
     """
-    values = np.array(quaternion, np.float64)
-    length = float(np.linalg.norm(values))
+    from scipy.spatial.transform import Rotation
+
+    w, x, y, z = np.array(wxyz, np.float64)
+    length = float(np.linalg.norm((w, x, y, z)))
     if not 0 < length < np.inf:
-        raise ScanError("the rotation of the pose is not a quaternion")
-    w, x, y, z = values / length
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+        raise ScanError("the rotation of the pose is no quaternion")
+    return _assemble(Rotation.from_quat([x, y, z, w]).as_matrix(), translation)
 
 
-def pose_of(rotation: ArrayLike, translation: ArrayLike) -> NDArray[np.float64]:
-    """Return the 4x4 transform of a 3x3 rotation and a translation."""
+def pose_from_euler(angles: ArrayLike, translation: ArrayLike) -> NDArray[np.float64]:
+    """Return the 4x4 transform of turns in radians about z, then y, then x, and a translation."""
+    from scipy.spatial.transform import Rotation
+
+    array = np.array(angles, np.float64)
+    if not np.isfinite(array).all():
+        raise ScanError("the angles of the pose are not finite")
+    return _assemble(Rotation.from_euler("XYZ", array).as_matrix(), translation)
+
+
+def _assemble(rotation: NDArray[np.float64], translation: ArrayLike) -> NDArray[np.float64]:
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = rotation, translation
     return rigid(pose)

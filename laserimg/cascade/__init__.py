@@ -1,0 +1,1 @@
+"""Haar and LBP cascades: features, training, and the XML that OpenCV runs."""

@@ -6,8 +6,8 @@ import numpy as np
 from laserimg.geometry.floor import Floor
 from laserimg.geometry.large_planes import TOLERANCE_M, LargePlane, large_planes
 from laserimg.lattice import Offset, connected, step_links
-from laserimg.mixed_pixels import Partition, with_mixed_pixels
-from laserimg.regions import MIN_PIXELS
+from laserimg.mixed_pixels import with_mixed_pixels
+from laserimg.regions import MIN_PIXELS, Labels, Partition
 from laserimg.scan import BoolArray, Float32Array, Scan
 
 # Two returns hold together if they are no farther apart than this share of their range: 4 cm at
@@ -16,8 +16,9 @@ from laserimg.scan import BoolArray, Float32Array, Scan
 # angle criterion of Bogoslavskyi and Stachniss (2016) give on the same scans.
 LINK = 1 / 30
 
-# Rays that are compared, in pixels: neighbours, and farther ones that bridge gaps without return.
-REACHES = (1, 2, 4, 8)
+# The farthest rays that are compared, in pixels; between are 1, 2, 4, 8 and the farthest that
+# `LINK` allows.
+MAX_REACH = 16
 
 _THIN_PIXELS = 10_000
 
@@ -25,8 +26,8 @@ _THIN_PIXELS = 10_000
 def find_clusters(scan: Scan, floor: Floor | None, link: float = LINK) -> Partition:
     """Return the objects of a scan as a partition of its pixels.
 
-    Floor and large planes are taken out; two returns up to 8 pixels apart in a row or a column
-    are linked if their distance in 3D is at most `link` times their range; connected sets of more
+    Floor and large planes are taken out; two returns up to 16 pixels apart in a row or a
+    column are linked if their distance in 3D is at most `link` times their range; connected sets of more
     than 15 pixels are clusters, numbered from 1 in raster order of their first pixel, and get back
     the mixed pixels at their edge. This is
     the radially bounded nearest neighbour of Klasing et al. (2008, doi:10.1109/ROBOT.2008.4543661)
@@ -50,10 +51,18 @@ def find_clusters(scan: Scan, floor: Floor | None, link: float = LINK) -> Partit
         Label 0 = no cluster: no return, floor, large plane, or too few pixels.
     """
     objects = standing_objects(scan, floor)
-    values = np.full(scan.shape, np.nan, np.float32)
-    np.log(scan.range, out=values, where=objects)
-    labels = connected(objects, step_links(values, link_limits(scan, link), scan.wraps), MIN_PIXELS)
-    return with_mixed_pixels(scan, labels, objects & (labels == 0))
+    labels, range_m = linked(scan.range, scan.directions, objects, scan.wraps, link)
+    return Partition(labels, range_m, objects)
+
+
+def linked(
+    range_m: Float32Array, directions: Float32Array, objects: BoolArray, wraps: bool, link: float
+) -> tuple[Labels, Float32Array]:
+    """Return the connected sets of `objects`, mixed pixels included, and the ranges to measure with."""
+    values = np.full(range_m.shape, np.nan, np.float32)
+    np.log(range_m, out=values, where=objects)
+    labels = connected(objects, step_links(values, link_limits(directions, link), wraps), MIN_PIXELS)
+    return with_mixed_pixels(labels, range_m, objects & (labels == 0), wraps)
 
 
 def standing_objects(scan: Scan, floor: Floor | None) -> BoolArray:
@@ -61,7 +70,7 @@ def standing_objects(scan: Scan, floor: Floor | None) -> BoolArray:
     objects = scan.valid
     if floor is not None:
         objects &= floor.height_of(scan.points()) > floor.clearance_m
-    step = _thinning(scan)
+    step = _thinning(scan.shape)
     thin_points = scan.range[::step, ::step, None] * scan.directions[::step, ::step]
     pitch = _median_pitch(scan.directions, step)
     for large in large_planes(thin_points, np.ascontiguousarray(objects[::step, ::step]), pitch):
@@ -69,23 +78,31 @@ def standing_objects(scan: Scan, floor: Floor | None) -> BoolArray:
     return objects
 
 
-def link_limits(scan: Scan, link: float) -> dict[Offset, Float32Array]:
+def link_limits(directions: Float32Array, link: float) -> dict[Offset, Float32Array]:
     """Return, for every offset compared, the largest difference of log range that links two pixels.
 
     The squared distance of two returns as a share of their range is the squared difference of log
     range plus the squared chord between the rays. Neighbouring rays may always be linked, by at
     least half of `link`: some scanners have beams farther apart than that.
     """
-    step = _thinning(scan)
+    shape = directions.shape[:2]
+    step = _thinning(shape)
     limits = {}
-    for reach in REACHES:
-        for offset in ((0, reach), (reach, 0)):
-            if min(scan.shape) <= 2 * reach:
-                continue
-            room = link**2 - _squared_chord(scan.directions, offset, step)
-            room = np.maximum(room, (link / 2) ** 2) if reach == 1 else np.where(room > 0, room, np.nan)
-            limits[offset] = cv2.resize(np.sqrt(room), scan.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    for offset in _offsets(directions, link, step):
+        room = link**2 - _squared_chord(directions, offset, step)
+        room = np.maximum(room, (link / 2) ** 2) if max(offset) == 1 else np.where(room > 0, room, np.nan)
+        limits[offset] = cv2.resize(np.sqrt(room), shape[::-1], interpolation=cv2.INTER_LINEAR)
     return limits
+
+
+def _offsets(directions: Float32Array, link: float, step: int) -> list[Offset]:
+    """Offsets worth comparing: 1, 2, 4, ... and the farthest whose rays are no more than `link` apart."""
+    offsets: list[Offset] = []
+    for axis, pitch in enumerate(_median_pitch(directions, step)):
+        farthest = min(int(link * step / max(pitch, 1e-6)), MAX_REACH, directions.shape[1 - axis] // 2 - 1)
+        reaches = sorted({1, *(2**n for n in range(1, 5) if 2**n < farthest), max(farthest, 1)})
+        offsets += [(0, reach) if axis == 0 else (reach, 0) for reach in reaches]
+    return offsets
 
 
 def _squared_chord(directions: Float32Array, offset: Offset, step: int) -> Float32Array:
@@ -97,9 +114,9 @@ def _squared_chord(directions: Float32Array, offset: Offset, step: int) -> Float
     return np.einsum("ijk,ijk->ij", difference, difference)
 
 
-def _thinning(scan: Scan) -> int:
+def _thinning(shape: tuple[int, int]) -> int:
     """Step that leaves about `_THIN_PIXELS` of the lattice."""
-    return max(1, round(np.sqrt(scan.range.size / _THIN_PIXELS)))
+    return max(1, round(np.sqrt(shape[0] * shape[1] / _THIN_PIXELS)))
 
 
 def _median_pitch(directions: Float32Array, step: int) -> tuple[float, float]:

@@ -2,6 +2,7 @@
 
 import bz2
 import gzip
+import hashlib
 import lzma
 import os
 import tempfile
@@ -53,6 +54,12 @@ def read_bytes(path: Path, limit: int = MAX_UNPACKED_BYTES) -> bytes:
     if len(data) > limit:
         raise LaserImgError(f"holds more than {limit >> 20} MB")
     return data  # type: ignore[return-value]
+
+
+def sha256_of(path: Path) -> str:
+    """Return the SHA-256 of a file's contents in hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 @contextmanager

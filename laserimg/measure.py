@@ -1,4 +1,4 @@
-"""Regions as sets of pixels, and the metric box: what is measured of each in metres."""
+"""The metric box: what is measured of a region, in metres."""
 
 from dataclasses import dataclass
 
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from laserimg.geometry.floor import Floor
 from laserimg.projection import angles_from_directions
-from laserimg.regions import Labels
-from laserimg.scan import Float32Array, Scan
+from laserimg.regions import Region
+from laserimg.scan import Scan
 
 # Spans are between these quantiles, so that a stray return does not stretch an object.
 QUANTILE = 0.01
@@ -17,57 +17,6 @@ QUANTILE = 0.01
 STANDS_WITHIN_M = 0.25
 
 _MAX_MEASURED = 4096
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Region:
-    """A connected set of pixels that are one surface or object.
-
-    Parameters
-    ----------
-    pixels : (n,) array of int
-        Positions in the flattened grid, ascending.
-    box : (float, float, float, float)
-        Bounding rectangle ``x, y, w, h``; at the seam ``0 <= x < W`` and ``x + w > W``.
-    """
-
-    pixels: NDArray[np.intp]
-    box: tuple[float, float, float, float]
-
-    @classmethod
-    def from_pixels(cls, pixels: NDArray[np.intp], width: int, wraps: bool) -> "Region":
-        """Return the region of some pixels of a grid of `width` columns."""
-        rows, columns = np.divmod(pixels, width)
-        left, across = _extent(np.unique(columns), width, wraps)
-        top = int(rows.min())
-        return cls(pixels, (float(left), float(top), float(across), float(rows.max() - top + 1)))
-
-
-def _extent(columns: NDArray[np.intp], width: int, wraps: bool) -> tuple[int, int]:
-    """First column and number of columns of the shortest interval, modulo width if the grid wraps."""
-    if wraps and columns[0] == 0 and columns[-1] == width - 1 and len(columns) < width:
-        gap = int(np.argmax(np.diff(columns)))
-        return int(columns[gap + 1]), int(columns[gap] + width - columns[gap + 1] + 1)
-    return int(columns[0]), int(columns[-1] - columns[0] + 1)
-
-
-def regions_of(labels: Labels, wraps: bool) -> list[Region]:
-    """Return the regions of a label image, in the order of their numbers.
-
-    Examples
-    --------
-    >>> labels = np.array([[1, 0, 0, 1], [1, 0, 2, 1]], np.int32)
-    >>> [region.box for region in regions_of(labels, wraps=True)]
-    [(3.0, 0.0, 2.0, 2.0), (2.0, 1.0, 1.0, 1.0)]
-    """
-    pixels = np.flatnonzero(labels)
-    number = labels.ravel()[pixels]
-    if len(number) and int(number.max()) < 1 << 16:
-        number = number.astype(np.uint16)  # sorted by radix: 5 times faster
-    order = np.argsort(number, kind="stable")
-    starts = np.flatnonzero(np.diff(number[order], prepend=number.dtype.type(0)))
-    parts = np.split(pixels[order], starts[1:]) if len(starts) else []
-    return [Region.from_pixels(part, labels.shape[1], wraps) for part in parts]
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,10 +58,8 @@ class MetricBox:
     points: int
 
 
-def metric_box(
-    scan: Scan, region: Region, floor: Floor | None, range_m: Float32Array | None = None
-) -> MetricBox | None:
-    """Measure a region; None if it has no valid return.
+def metric_box(scan: Scan, region: Region, floor: Floor | None) -> MetricBox:
+    """Measure a region.
 
     All sizes are spans between the 1 % and 99 % quantiles of the region's points (of an even
     selection of about 4000 if there are more). This is the box of paper 2, section 4
@@ -125,17 +72,12 @@ def metric_box(
     Parameters
     ----------
     scan : Scan
+        Gives the directions of the pixels and "up".
     region : Region
-        Pixels without a valid return do not count.
     floor : Floor or None
-    range_m : (H, W) array of float32, optional
-        Ranges to measure with in place of the scan's, as `Partition.range`.
     """
-    pixels = region.pixels[scan.valid.ravel()[region.pixels]]
-    if len(pixels) == 0:
-        return None
-    measured = pixels[:: max(1, len(pixels) // _MAX_MEASURED)]
-    ranges = (scan.range if range_m is None else range_m).ravel()[measured]
+    thin = slice(None, None, max(1, len(region.pixels) // _MAX_MEASURED))
+    measured, ranges = region.pixels[thin], region.ranges[thin]
     points = (ranges[:, None] * scan.directions.reshape(-1, 3)[measured]).astype(np.float64)
     middle = np.median(points, axis=0)
     axes = _axes(points, middle, scan.up)
@@ -162,7 +104,7 @@ def metric_box(
         azimuth_deg=float(np.degrees(azimuth)),
         elevation_deg=float(np.degrees(elevation)),
         height_above_floor=above,
-        points=len(pixels),
+        points=len(region.pixels),
     )
 
 

@@ -1,34 +1,18 @@
 """Mixed pixels: beams that hit the edge of an object and what is behind it at once."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from laserimg.regions import Labels
-from laserimg.scan import BoolArray, Float32Array, Scan
+from laserimg.scan import BoolArray, Float32Array
 
 # Share of a mixed beam that must have hit the object in front.
 MIN_SHARE = 1 / 3
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Partition:
-    """Which region every pixel belongs to, and the range to measure it with.
-
-    Parameters
-    ----------
-    labels : (H, W) array of int32
-        0 = no region.
-    range : (H, W) array of float32
-        Metres; a mixed pixel has the range of the edge it lies on.
-    """
-
-    labels: Labels
-    range: Float32Array
-
-
-def with_mixed_pixels(scan: Scan, labels: Labels, loose: BoolArray) -> Partition:
-    """Give mixed pixels back to the object in front.
+def with_mixed_pixels(
+    labels: Labels, range_m: Float32Array, loose: BoolArray, wraps: bool
+) -> tuple[Labels, Float32Array]:
+    """Return labels and ranges in which mixed pixels belong to the object in front.
 
     A loose pixel between a labelled pixel and a farther one on the opposite side (left and right,
     or above and below), with a range between theirs, was hit by a beam that saw both. If at least
@@ -40,24 +24,26 @@ def with_mixed_pixels(scan: Scan, labels: Labels, loose: BoolArray) -> Partition
 
     Parameters
     ----------
-    scan : Scan
     labels : (H, W) array of int32
+    range_m : (H, W) array of float32
     loose : (H, W) array of bool
         Returns that may be mixed: of no region, not floor, not a large plane.
+    wraps : bool
+        The columns close a full turn.
     """
     row, column = np.nonzero(loose)
-    new_labels, new_range = labels.copy(), scan.range.copy()
-    own = scan.range[row, column]
+    new_labels, new_range = labels.copy(), range_m.copy()
+    own = range_m[row, column]
     nearest = np.full(len(own), np.inf, np.float32)
     for rows, columns in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-        label, near = _at(labels, scan.range, row + rows, column + columns, scan.wraps)
-        _, far = _at(labels, scan.range, row - rows, column - columns, scan.wraps)
+        label, near = _at(labels, range_m, row + rows, column + columns, wraps)
+        _, far = _at(labels, range_m, row - rows, column - columns, wraps)
         mixed = (label > 0) & (near < own) & (own < far) & (far - own >= MIN_SHARE * (far - near))
         mixed &= near < nearest
         new_labels[row[mixed], column[mixed]] = label[mixed]
         new_range[row[mixed], column[mixed]] = near[mixed]
         nearest[mixed] = near[mixed]
-    return Partition(new_labels, new_range)
+    return new_labels, new_range
 
 
 def _at(

@@ -10,11 +10,12 @@ LAYERS = [
     ["projection", "scan", "boxes"],
     ["geometry", "normals"],
     ["images", "formats", "readers"],
-    ["regions", "clusters", "surfaces", "ground", "cellular", "descriptors"],
+    ["lattice", "regions", "mixed_pixels", "clusters", "measure", "surfaces", "ground", "cellular"],
+    ["descriptors", "evidence", "matching"],
     ["cascade", "detectors", "classify"],
-    ["rules"],
+    ["rules", "sources"],
     ["evaluate", "pipeline", "semantic_map", "simulate", "draw"],
-    ["batch", "report", "recipes", "labels", "sensors"],
+    ["settings", "records", "build", "batch", "report", "recipes", "labels", "sensors"],
     ["cli"],
 ]
 ROOT = Path(laserimg.__file__).parent

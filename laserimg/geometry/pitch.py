@@ -2,7 +2,10 @@
 
 import numpy as np
 
-from laserimg.scan import Float32Array, Scan
+from laserimg.scan import BoolArray, Float32Array, Scan
+
+# Enough for medians over a scan.
+SAMPLES = 10_000
 
 
 def angular_pitch(scan: Scan) -> tuple[Float32Array, Float32Array]:
@@ -25,20 +28,52 @@ def angular_pitch(scan: Scan) -> tuple[Float32Array, Float32Array]:
     >>> np.degrees([across[1, 1], up[1, 1]]).round(3).tolist()
     [1.0, 1.0]
     """
-    steps_across = _angles(scan.directions, np.roll(scan.directions, -1, axis=1))
-    steps_up = _angles(scan.directions[:-1], scan.directions[1:])
+    return pitch_of(scan.directions, scan.wraps)
+
+
+def pitch_of(directions: Float32Array, wraps: bool) -> tuple[Float32Array, Float32Array]:
+    """Return the pitch of any grid of directions, such as every fourth row and column of a scan's.
+
+    Parameters
+    ----------
+    directions : (H, W, 3) array of float32
+        Unit vectors; H and W at least 2.
+    wraps : bool
+        The last column is a neighbour of the first.
+
+    Returns
+    -------
+    across, up : (H, W) arrays of float32
+        As `angular_pitch`.
+    """
+    steps_up = _angles(directions[:-1], directions[1:])
     up = _mean_of_sides(np.concatenate([steps_up[:1], steps_up, steps_up[-1:]]))
-    if not scan.wraps:
+    steps_across = _angles(directions, np.roll(directions, -1, axis=1))
+    if not wraps:
         steps_across[:, -1] = steps_across[:, -2]
-    before = steps_across[:, -1:] if scan.wraps else steps_across[:, :1]
+    before = steps_across[:, -1:] if wraps else steps_across[:, :1]
     across = _mean_of_sides(np.concatenate([before, steps_across], axis=1).T).T
     return np.ascontiguousarray(across), up
 
 
+def sample_pitch(scan: Scan, valid: BoolArray) -> tuple[Float32Array, Float32Array, Float32Array]:
+    """Return range and pitch of a sample of the valid returns, spread over the grid.
+
+    Returns
+    -------
+    range_m, across, up : three (n,) arrays of float32
+        Metres, radians.
+    """
+    step = max(1, int(np.sqrt(scan.range.size / SAMPLES)))
+    rows, columns = (min(step, size - 1) for size in scan.shape)
+    across, up = pitch_of(scan.directions[::rows, ::columns], wraps=False)
+    chosen = valid[::rows, ::columns]
+    return scan.range[::rows, ::columns][chosen], across[chosen] / columns, up[chosen] / rows
+
+
 def _angles(a: Float32Array, b: Float32Array) -> Float32Array:
     """Angle between unit vectors; the chord keeps its digits where the arc cosine loses them."""
-    difference = a - b
-    chord = np.sqrt(np.einsum("ijk,ijk->ij", difference, difference))
+    chord = np.linalg.norm(a - b, axis=-1)
     return (2 * np.arcsin(np.minimum(chord / 2, 1))).astype(np.float32, copy=False)
 
 

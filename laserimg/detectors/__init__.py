@@ -1,0 +1,1 @@
+"""Detectors: one file an algorithm, each with one method that proposes candidates."""

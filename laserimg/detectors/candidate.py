@@ -1,0 +1,50 @@
+"""What detectors propose, and what a detector is."""
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from laserimg.evidence import Box, Evidence
+from laserimg.regions import Region
+
+Source = Literal["cascade", "hog", "regions", "clusters", "given"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Candidate:
+    """A rectangle that a detector, a region or a given file proposes, before any check.
+
+    Parameters
+    ----------
+    label : str
+        The class.
+    box : (float, float, float, float)
+        ``x, y, w, h`` in pixels of the scan's grid.
+    score : float
+        How sure the detector is.
+    source : str
+        What kind of detector it was.
+    name : str
+        Which one: the cascade's name, or the source again.
+    region : Region or None
+        The region it was made from; None when one must be found.
+    """
+
+    label: str
+    box: Box
+    score: float
+    source: Source
+    name: str
+    region: Region | None = None
+
+
+class Detector(Protocol):
+    """Anything that proposes candidates for one scan, without remembering others."""
+
+    @property
+    def images(self) -> frozenset[str]:
+        """Kinds of image it looks at."""
+        ...
+
+    def __call__(self, evidence: Evidence) -> list[Candidate]:
+        """Return the candidates of one scan."""
+        ...

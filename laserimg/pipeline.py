@@ -1,0 +1,197 @@
+"""The pipeline: scan to images to candidates to checks to detections, each with its reasons."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+from laserimg.clusters import find_clusters
+from laserimg.detectors.candidate import Candidate, Detector
+from laserimg.detectors.shipped import detector_files, load_model, shipped_folder
+from laserimg.evidence import Box, Evidence, Window
+from laserimg.geometry.floor import Floor, find_floor
+from laserimg.geometry.pitch import angular_pitch
+from laserimg.images import make_images
+from laserimg.matching import matching_region, shares
+from laserimg.measure import MetricBox, metric_box
+from laserimg.regions import Partition, Region, reference_regions, regions_of
+from laserimg.rules.checks import Check, continuity, demoted_score, no_region, size_rules
+from laserimg.rules.file import load_rules
+from laserimg.rules.model import ClassRules, Interval, Rules
+from laserimg.rules.suppression import MAX_IOU, Claim, suppressed_by
+from laserimg.scan import Scan
+from laserimg.sources import detectors_for
+
+Partitioning = Literal["default", "reference"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Finding:
+    """A candidate with its region, its sizes and the checks that were made.
+
+    Parameters
+    ----------
+    candidate : Candidate
+    score : float
+        The candidate's, lowered by failed checks if its class demotes.
+    region : Region or None
+        None if no region is in the candidate.
+    size : MetricBox or None
+    checks : tuple of Check
+        All that ran, in order.
+    accepted : bool
+    reason : str
+        "" when accepted, else the first failed check in words.
+    """
+
+    candidate: Candidate
+    score: float
+    region: Region | None
+    size: MetricBox | None
+    checks: tuple[Check, ...]
+    accepted: bool
+    reason: str
+
+    @property
+    def label(self) -> str:
+        """The class."""
+        return self.candidate.label
+
+    @property
+    def box(self) -> Box:
+        """The candidate's own rectangle, in pixels of the scan's grid."""
+        return self.candidate.box
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What came out for one scan; it keeps every intermediate.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    findings : tuple of Finding
+        One for each candidate, in the order proposed.
+    """
+
+    evidence: Evidence
+    findings: tuple[Finding, ...]
+
+    @cached_property
+    def detections(self) -> list[Finding]:
+        """Candidates that passed every check, best score first."""
+        return sorted((f for f in self.findings if f.accepted), key=lambda f: -f.score)
+
+    @cached_property
+    def rejected(self) -> list[Finding]:
+        """Candidates that failed a check, best score first."""
+        return sorted((f for f in self.findings if not f.accepted), key=lambda f: -f.score)
+
+
+@dataclass(frozen=True, slots=True)
+class Pipeline:
+    """Finds objects in scans.
+
+    Parameters
+    ----------
+    rules : Rules
+    detectors : tuple of Detector
+        What proposes candidates.
+    partition : "default" or "reference"
+        Which regions candidates are compared with: `find_clusters`, or those of paper 2.
+    min_range, max_range : float or None
+        Metres; None keeps the limits of the scan.
+    """
+
+    rules: Rules
+    detectors: tuple[Detector, ...] = field(default=())
+    partition: Partitioning = "default"
+    min_range: float | None = None
+    max_range: float | None = None
+
+    @classmethod
+    def from_folder(cls, cascades: str | None = None, rules: str | None = None) -> "Pipeline":
+        """Return the pipeline of a folder of detectors and a rule file; both default to the shipped ones.
+
+        Raises
+        ------
+        ConfigError, ModelError
+            If the rules or a detector are wrong.
+        """
+        loaded = load_rules(Path(rules) if rules else None)
+        files = detector_files(Path(cascades) if cascades else shipped_folder())
+        return cls(loaded, detectors_for(loaded, [load_model(file) for file in files]))
+
+    def __call__(self, scan: Scan) -> Result:
+        """Return the detections of one scan, and why the other candidates are none."""
+        evidence = self.observe(scan.with_limits(self.min_range, self.max_range))
+        candidates = [candidate for detector in self.detectors for candidate in detector(evidence)]
+        regions = [self._region(evidence, candidate) for candidate in candidates]
+        findings = [self._judged(evidence, *pair) for pair in zip(candidates, regions, strict=True)]
+        return Result(evidence, self._settled(evidence, findings))
+
+    def observe(self, scan: Scan) -> Evidence:
+        """Return images, floor and regions of a scan."""
+        kinds = sorted(frozenset().union(*(detector.images for detector in self.detectors)))
+        floor = find_floor(scan)
+        partition = self._partition(scan, floor)
+        regions = tuple(regions_of(partition, scan.wraps))
+        images = make_images(scan, kinds) if kinds else {}
+        return Evidence(scan, images, angular_pitch(scan), floor, partition, regions)
+
+    def _partition(self, scan: Scan, floor: Floor | None) -> Partition:
+        return reference_regions(scan) if self.partition == "reference" else find_clusters(scan, floor)
+
+    def _region(self, evidence: Evidence, candidate: Candidate) -> Region | None:
+        rules = self.rules[candidate.label]
+        if candidate.region is not None:
+            return candidate.region
+        return matching_region(evidence, candidate.box, rules.region_inside, rules.region_fills)
+
+    def _judged(self, evidence: Evidence, candidate: Candidate, region: Region | None) -> Finding:
+        rules = self.rules[candidate.label]
+        if region is None:
+            return _finding(candidate, None, None, (no_region(),), rules)
+        scan = evidence.scan
+        window = Window.of(candidate.box, scan.shape, scan.wraps)
+        size = metric_box(scan, region, evidence.floor)
+        inside, fills = shares(region, window, scan.shape, window.cut(scan.valid))
+        checks = (*continuity(inside, fills, rules), *size_rules(size, rules))
+        return _finding(candidate, region, size, checks, rules)
+
+    def _settled(self, evidence: Evidence, findings: list[Finding]) -> tuple[Finding, ...]:
+        """Add the suppression check to every finding that passed the others."""
+        passed = [i for i, finding in enumerate(findings) if finding.accepted and finding.region is not None]
+        claims = [_claim(findings[i]) for i in passed]
+        settled = list(findings)
+        width = evidence.scan.shape[1]
+        for i, (winner, overlap) in zip(
+            passed, suppressed_by(claims, width, evidence.scan.wraps), strict=True
+        ):
+            by = findings[passed[winner]] if winner >= 0 else None
+            settled[i] = _with_suppression(findings[i], by, overlap)
+        return tuple(settled)
+
+
+def _finding(
+    candidate: Candidate,
+    region: Region | None,
+    size: MetricBox | None,
+    checks: tuple[Check, ...],
+    rules: ClassRules,
+) -> Finding:
+    failed = [check.reason for check in checks if not check.passed]
+    accepted = not failed or (rules.on_fail == "demote" and region is not None)
+    score = demoted_score(candidate.score, checks, rules)
+    return Finding(candidate, score, region, size, checks, accepted, "" if accepted else failed[0])
+
+
+def _claim(finding: Finding) -> Claim:
+    assert finding.region is not None
+    return Claim(finding.label, finding.score, finding.candidate.source != "regions", finding.region)
+
+
+def _with_suppression(finding: Finding, winner: Finding | None, overlap: float) -> Finding:
+    reason = "" if winner is None else f"same object as {winner.label} with score {winner.score:.2f}"
+    check = Check("suppression", overlap, Interval(None, MAX_IOU), winner is None, reason)
+    return replace(finding, checks=(*finding.checks, check), accepted=winner is None, reason=reason)

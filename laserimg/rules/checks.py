@@ -1,0 +1,88 @@
+"""The checks of a candidate: each a value, a limit and a verdict; nothing is dropped here."""
+
+from dataclasses import dataclass
+
+from laserimg.measure import MetricBox
+from laserimg.rules.model import QUANTITIES, ClassRules, Interval
+
+# A failed check of a class with `on_fail = "demote"` multiplies the score by this.
+DEMOTION = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """A test of a candidate.
+
+    Parameters
+    ----------
+    name : str
+        What was tested: a share, a measured quantity, "region" or "suppression".
+    value : float
+        In metres, a share or a count.
+    limit : Interval
+        What was allowed.
+    passed : bool
+    reason : str
+        Why it failed, in words; "" when passed.
+    """
+
+    name: str
+    value: float
+    limit: Interval
+    passed: bool
+    reason: str = ""
+
+
+def continuity(region_inside: float, region_fills: float, rules: ClassRules) -> tuple[Check, Check]:
+    """Return the continuity check (paper 2, section 4): the region lies in the candidate and fills it.
+
+    Differs from the paper: `region_fills` is added, without which any speck in a candidate passes.
+    """
+    return (
+        _share("region_inside", region_inside, rules.region_inside),
+        _share("region_fills", region_fills, rules.region_fills),
+    )
+
+
+def _share(name: str, value: float, limit: float) -> Check:
+    passed = value > limit
+    return Check(
+        name, value, Interval(limit, None), passed, "" if passed else f"{name} {value:.2f} < {limit:.2f}"
+    )
+
+
+def no_region() -> Check:
+    """Return the failed check of a candidate that no region is in."""
+    return Check("region", 0.0, Interval(1, None), False, "no object in the candidate")
+
+
+def size_rules(box: MetricBox, rules: ClassRules) -> tuple[Check, ...]:
+    """Return one check for each limit of a class, in the order of the rule file.
+
+    A limit on a quantity that could not be measured (`height_above_floor` without a floor) is
+    not checked.
+    """
+    checks = []
+    for name, limit in rules.limits.items():
+        value = getattr(box, name)
+        if value is not None:
+            reason = limit.failure(name, value)
+            checks.append(Check(name, float(value), limit, not reason, reason))
+    return tuple(checks)
+
+
+def demoted_score(score: float, checks: tuple[Check, ...], rules: ClassRules) -> float:
+    """Return the score, lowered once for each failed check if the class demotes."""
+    failed = sum(not check.passed for check in checks)
+    return score * DEMOTION**failed if rules.on_fail == "demote" else score
+
+
+def near_miss(checks: tuple[Check, ...]) -> bool:
+    """Whether a candidate fails by size alone and lies within twice the limits."""
+    failed = [check for check in checks if not check.passed]
+    return bool(failed) and all(check.name in QUANTITIES and _within_twice(check) for check in failed)
+
+
+def _within_twice(check: Check) -> bool:
+    low, high = check.limit.low, check.limit.high
+    return (low is None or check.value >= low / 2) and (high is None or check.value <= high * 2)

@@ -1,5 +1,7 @@
 """Every format against the decoded truth of a real file."""
 
+import bz2
+
 import numpy as np
 import pytest
 
@@ -83,3 +85,69 @@ def test_kitti_has_64_rings(data, name):
     off = np.degrees((azimuth - expected + np.pi) % (2 * np.pi) - np.pi)[returns]
     assert np.percentile(np.abs(off - np.median(off)), 90) < 0.8
     assert np.abs(np.median(off)) < 0.5
+
+
+def test_staircase_keeps_every_return_and_finds_its_laser(data):
+    scan = only(data("staircase/scan.dat.bz2"))
+    assert scan.shape == (491, 182)
+    assert (scan.range > 0).sum() == 88206
+    # The file's origin lies on the floor; the laser, 0.16 m beside a tilt axis 0.34 m high, does not.
+    np.testing.assert_allclose(scan.world_from_scan[:3, 3], [0.03, 0, 0.48], atol=0.01)
+    world = scan.points()[scan.range > 0] + scan.world_from_scan[:3, 3]
+    written = np.loadtxt(bz2.open(data("staircase/scan.dat.bz2")))
+    np.testing.assert_allclose(np.sort(world, axis=0), np.sort(written, axis=0), atol=1e-4)
+
+
+def test_e57_stands_on_its_index(data):
+    pytest.importorskip("pye57")
+    scan = only(data("e57/pumpARowColumnIndexNoInvalidPoints.e57"))
+    assert scan.shape == (1074, 345)
+    assert (scan.range > 0).sum() == 155_201
+    assert not scan.wraps
+    assert scan.directions[0, :, 2].mean() > 0.4 > -0.4 > scan.directions[-1, :, 2].mean()
+    returned = scan.reflectance[scan.range > 0]
+    assert 0.38 < returned.min() < returned.max() < 0.7
+
+
+@pytest.mark.parametrize(
+    "name", ["capture0001", "five_people", "office1", "person", "region_growing_rgb_tutorial"]
+)
+def test_kinect_is_a_pinhole_grid_turned_from_the_optical_frame(data, name):
+    path = data(f"kinect/{name}.pcd")
+    scan = only(path)
+    from pypcd4.pypcd4 import PointCloud
+
+    optical = np.stack([PointCloud.from_path(path).pc_data[axis] for axis in "xyz"], axis=-1)
+    optical = np.nan_to_num(optical.reshape(480, 640, 3))
+    np.testing.assert_allclose(
+        scan.points(), np.stack([optical[..., 2], -optical[..., 0], -optical[..., 1]], axis=-1), atol=1e-5
+    )
+    across, up = (
+        scan.directions[..., 1:2] / scan.directions[..., :1],
+        scan.directions[..., 2:] / scan.directions[..., :1],
+    )
+    np.testing.assert_allclose(np.diff(across[..., 0], axis=1), -1 / 525, atol=1e-4)
+    np.testing.assert_allclose(np.diff(up[..., 0], axis=0), -1 / 525, atol=1e-4)
+    np.testing.assert_array_equal(scan.world_from_scan, np.eye(4))
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "kept"),
+    [
+        ("qt64_1673401196087570870", (64, 600), 0.95),
+        ("xt32_1673400678101968885", (32, 2000), 0.96),
+        ("vlp16_1673400472138016708", (15, None), 0.9),
+    ],
+)
+def test_spinning_scanners_in_pcd_files_come_out_as_rings(data, name, shape, kept):
+    path = data(f"hesai/{name}.pcd")
+    scan = only(path)
+    assert scan.shape[0] == shape[0]
+    assert shape[1] in (None, scan.shape[1])
+    assert scan.wraps
+    points = int(path.read_bytes()[:1000].split(b"POINTS ")[1].split()[0])
+    assert (scan.range > 0).sum() > kept * points
+    elevation = np.arcsin(scan.directions[..., 2])
+    assert (np.diff(elevation.mean(axis=1)) < 0).all()
+    # One beam, one elevation.
+    assert np.degrees(elevation.std(axis=1)).max() < 0.2

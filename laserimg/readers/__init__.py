@@ -7,6 +7,7 @@ from glob import glob, has_magic
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
+from typing import Any
 
 from laserimg.errors import ConfigError, LaserImgError, MissingExtraError, ScanError
 from laserimg.files import without_compression
@@ -20,10 +21,32 @@ ENTRY_POINTS = "laserimg.readers"
 
 _BUILT_IN = {
     ".3d": "uos:read_uos",
+    ".asc": "ascii:read_ascii",
     ".bin": "kitti:read_kitti",
+    ".csv": "ascii:read_ascii",
+    ".dat": "ascii:read_ascii",
+    ".e57": "e57:read_e57",
     ".npz": "npz:read_npz",
-    ".ptx": "ptx:read_ptx",
     ".pcd": "pcd:read_pcd",
+    ".png": "range_image:read_range_image",
+    ".pts": "ascii:read_ascii",
+    ".ptx": "ptx:read_ptx",
+    ".tif": "range_image:read_range_image",
+    ".tiff": "range_image:read_range_image",
+    ".txt": "ascii:read_ascii",
+    ".xyz": "ascii:read_ascii",
+}
+
+# Suffixes that other files carry too: a folder's file counts as a scan only if this says so.
+_SNIFFERS = {
+    ".asc": "ascii:holds_points",
+    ".csv": "ascii:holds_points",
+    ".dat": "ascii:holds_points",
+    ".npz": "npz:holds_range",
+    ".png": "range_image:is_described",
+    ".tif": "range_image:is_described",
+    ".tiff": "range_image:is_described",
+    ".txt": "ascii:holds_points",
 }
 
 
@@ -111,14 +134,25 @@ def _files_of(path: Path) -> list[Path]:
     return files
 
 
+def _is_scan_file(path: Path) -> bool:
+    suffix = without_compression(path).suffix.lower()
+    if not path.is_file() or path.name.startswith(".") or suffix not in suffixes():
+        return False
+    return suffix not in _SNIFFERS or suffix in _plugins() or _function(_SNIFFERS[suffix])(path)
+
+
 def _reader_of(path: Path) -> Reader:
     suffix = without_compression(path).suffix.lower()
     if suffix in _plugins():
         return _plugins()[suffix].load()
     if suffix not in _BUILT_IN:
         raise ScanError(f"no reader for {suffix or 'a file without suffix'}; known: {' '.join(suffixes())}")
-    module, _, function = _BUILT_IN[suffix].partition(":")
-    return getattr(import_module(f"{__name__}.{module}"), function)
+    return _function(_BUILT_IN[suffix])
+
+
+def _function(place: str) -> Any:
+    module, _, name = place.partition(":")
+    return getattr(import_module(f"{__name__}.{module}"), name)
 
 
 @cache

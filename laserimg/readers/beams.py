@@ -3,28 +3,42 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from laserimg.errors import ScanError
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 # Angles that lie on a lattice differ from it by less than this part of a step (rms).
 _SHARP = 0.15
-# A longer step, in usual steps, jumped over a missing beam.
-_GAP = 1.5
-# A shorter one is jitter.
-_JITTER = 0.3
+# Beams in a run: few enough that most runs miss none.
+_RUN = 14
 # Nearer than this, in usual steps, two points are returns of one beam.
 _SAME_BEAM = 0.05
 
 
-def usual_step(steps: FloatArray) -> float:
-    """Return the mean step from beam to beam, jitter and jumps over missing beams left out.
+def usual_step(angles: FloatArray, line: IntArray) -> float:
+    """Return the step from beam to beam along lines.
 
-    The mean, not the median: a spinning scanner that measures its angle in coarse units gives six
-    steps of two units and one of one.
+    The median over runs of beams of their mean step, not the median step: a spinning scanner that
+    measures its angle in coarse units gives six steps of two units and one of one.
+
+    Parameters
+    ----------
+    angles, line : (N,) arrays
+        Angle and number of the line of every point, sorted by line, in the order they were measured.
+
+    Raises
+    ------
+    ScanError
+        If no two points of a line differ in angle.
     """
-    forward = np.abs(steps[steps != 0])
-    forward = forward[forward > _JITTER * np.median(forward)]
-    return float(forward[forward < _GAP * np.median(forward)].mean())
+    steps = np.abs(np.diff(angles))[np.diff(line) == 0]
+    moved = steps > _SAME_BEAM * np.median(steps[steps > 0]) if steps.any() else steps > 0
+    if not moved.any():
+        raise ScanError("the points of a line do not differ in angle")
+    position = np.r_[0, np.cumsum(steps[moved])]
+    run = min(_RUN, len(position) - 1)
+    return float(np.median(position[run:] - position[:-run])) / run
 
 
 def lattice_index(angles: FloatArray, step: float) -> tuple[IntArray, bool]:

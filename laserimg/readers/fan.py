@@ -90,7 +90,7 @@ def fan_places(directions: FloatArray, lines: Lines) -> Fan | None:
         return None
     line = lines.of_point
     angle = np.arctan2(directions @ pole, np.einsum("nk,nk->n", directions, heading[line]))
-    step = usual_step(lines.steps(angle))
+    step = usual_step(angle, line)
     beam, sharp = lattice_index(angle, step)
     if sharp:
         return Fan(_distinct(turned)[line], beam, np.ones(len(beam), bool), abs(pole[2]) > np.sqrt(0.5))

@@ -15,6 +15,8 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 _MIN_POINTS = 32
+# A grid with fewer returns than one in so many rays is none.
+_MAX_CELLS_PER_POINT = 10
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -78,6 +80,8 @@ def recover(points: FloatArray, ring: NDArray[np.integer] | None = None) -> Hidd
         ring = rings_of_elevation(directions)
         return None if ring is None else _spinning(directions, ring, None, known)
     row, column = (fan.beam, fan.line) if fan.lines_are_columns else (fan.line, fan.beam)
+    if int(row.max() + 1) * int(column.max() + 1) > _MAX_CELLS_PER_POINT * len(seen):
+        return None
     return _on_grid(row, column, fan.own, known, origin, wraps=False)
 
 

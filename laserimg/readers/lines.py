@@ -43,12 +43,6 @@ class Lines:
         """(L, ...) sums over the points of every line."""
         return np.add.reduceat(values, self.starts, axis=0)
 
-    def steps(self, values: FloatArray) -> FloatArray:
-        """Differences between neighbouring points of the same line."""
-        inside = np.ones(len(values) - 1, bool)
-        inside[self.starts[1:] - 1] = False
-        return np.diff(values)[inside]
-
 
 def split_lines(directions: FloatArray) -> Lines | None:
     """Split points in scan order into lines, where the scan angle jumps back.

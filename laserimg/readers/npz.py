@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.errors import ScanError
+from laserimg.errors import LaserImgError, ScanError
 from laserimg.files import MAX_UNPACKED_BYTES, read_bytes
 from laserimg.projection import directions_from_angles
 from laserimg.scan import Scan
@@ -37,6 +37,15 @@ def read_npz(path: Path) -> Iterator[Scan]:
     range_m = np.array(arrays["range"], np.float32)
     range_m[~np.isfinite(range_m)] = 0
     yield Scan(range_m, _directions(arrays), **optional)
+
+
+def holds_range(path: Path) -> bool:
+    """Tell whether an NPZ file is a scan or broken, for folders that hold other arrays too."""
+    try:
+        keys = set(load_arrays(read_bytes(path)))
+    except LaserImgError:
+        return True
+    return "range" in keys and bool(keys & {"directions", "azimuth_deg"})
 
 
 def load_arrays(data: bytes) -> dict[str, NDArray]:

@@ -41,7 +41,7 @@ def ring_places(
     turns = across == 2 * np.pi
     along = _unrolled(azimuth[order] - (begin if turns else left - across / 2 - np.pi), row[order])
     column, own = np.empty(len(ring), np.intp), np.empty(len(ring), bool)
-    step = usual_step(np.diff(along)[np.diff(row[order]) == 0])
+    step = usual_step(along, row[order])
     column[order], own[order] = cell_index(along, row[order], step, turns)
     return row, column, own, turns
 

@@ -9,7 +9,7 @@ from laserimg.errors import ScanError
 
 
 def read_table(
-    lines: io.BytesIO, columns: int | None = None, rows: int | None = None, delimiter: str | None = None
+    lines: io.BytesIO, rows: int | None = None, delimiter: str | None = None
 ) -> NDArray[np.float64]:
     """Return the next lines as rows of numbers; every line must have as many.
 
@@ -17,8 +17,6 @@ def read_table(
     ----------
     lines : binary file
         Is left behind the last line read.
-    columns : int, optional
-        Take the first so many columns.
     rows : int, optional
         Take so many lines, else all that are left.
 
@@ -27,11 +25,8 @@ def read_table(
     ScanError
         If a line holds something else, or too few numbers.
     """
-    usecols = None if columns is None else range(columns)
     try:
-        table = np.loadtxt(
-            lines, ndmin=2, usecols=usecols, max_rows=rows, delimiter=delimiter, encoding="latin1"
-        )
+        table = np.loadtxt(lines, ndmin=2, max_rows=rows, delimiter=delimiter, encoding="latin1")
     except (ValueError, UnicodeDecodeError) as error:
         raise ScanError(f"not a table of numbers: {_first_line(error)}") from error
     if rows is not None and len(table) < rows:

@@ -228,3 +228,10 @@ def test_every_key_is_read():
     for key in KEYS:
         value = {"from": '["hog"]', "on_fail": '"demote"', "region_inside": "0.5", "region_fills": "0.4"}
         parse_rules(f"format = 1\n[bin]\n{key} = {value.get(key, '[1, 2]')}\n")
+
+
+def test_limits_keep_the_order_of_the_file():
+    rules = parse_rules(
+        "format = 1\n[bin]\npoints = [1, 2]\nheight = [1, 2]\nfrom = ['hog']\nwidth = [1, 2]\n"
+    )
+    assert list(rules["bin"].limits) == ["points", "height", "width"]

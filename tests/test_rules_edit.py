@@ -238,16 +238,16 @@ def laserimg(tmp_path, monkeypatch, capsys):
 
 
 def test_set_makes_the_file_from_the_shipped_rules_and_says_so(laserimg, tmp_path):
-    code, out, _ = laserimg("set", "wastebasket.height.max", "0.55", "car.height_above_floor.min", "-0.1")
+    code, out, _ = laserimg("set", "wastebasket.height.max", "0.55", "car.range.max", "30")
     assert code == 0
     assert out.splitlines() == [
         "rules.toml made from the rules that ship; use it: laserimg detect SCAN --rules rules.toml",
         "wastebasket.height: 0.20 m to 0.55 m",
-        "car.height_above_floor: -0.10 m or more",
+        "car.range: 30.00 m or less",
     ]
     text = (tmp_path / "rules.toml").read_text()
     assert text == SHIPPED.read_text().replace("0.60]", "0.55]").replace(
-        '[50, "-"]', '[50, "-"]\nheight_above_floor = [-0.1, "-"]'
+        '[50, "-"]', '[50, "-"]\nrange = ["-", 30]'
     )
 
 
@@ -280,6 +280,11 @@ def test_show_without_a_file_takes_the_one_here_or_the_shipped(laserimg):
 def test_a_class_that_needs_a_detector_is_noted(laserimg):
     assert "note: 'bin' needs a detector trained for it" in laserimg("set", "bin.height", "0.6:1.2")[1]
     assert "note" not in laserimg("set", "bin.from", "regions")[1]
+
+
+def test_limits_below_0_are_not_taken_for_options(laserimg):
+    code, out, _ = laserimg("set", "car.height_above_floor.min", "-0.1")
+    assert (code, out.splitlines()[1]) == (0, "car.height_above_floor: -0.10 m to 0.50 m")
 
 
 def test_a_refused_edit_leaves_the_file_as_it_is(laserimg, tmp_path):

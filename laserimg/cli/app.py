@@ -3,7 +3,7 @@
 import typer
 
 import laserimg
-from laserimg.cli import rules
+from laserimg.cli import card, detect, rules
 
 app = typer.Typer(
     name="laserimg",
@@ -30,4 +30,6 @@ def _options(
     pass
 
 
+app.command()(detect.detect)
 app.add_typer(rules.app)
+app.command()(card.card)

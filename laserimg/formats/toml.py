@@ -1,4 +1,4 @@
-"""TOML files that people write: read with the line of every mistake, validated against a type."""
+"""TOML files that people write: read with the line of every mistake."""
 
 import re
 import tomllib
@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from laserimg.errors import ConfigError, LaserImgError
 from laserimg.files import read_bytes
@@ -17,7 +17,6 @@ MAX_BYTES = 256 << 10
 MAX_STATEMENT_LINES = 200
 
 Keys = tuple[str, ...]
-T = TypeVar("T")
 
 _PLACE = re.compile(r" \(at (?:line (?P<line>\d+), column \d+|end of document)\)$")
 _PLAIN_WORDS = {
@@ -74,7 +73,7 @@ class TomlDocument:
     def line(self, keys: Sequence[str]) -> int:
         """Return the line, from 1, of a key or of the nearest table around it."""
         wanted, found = tuple(keys), statements(self.text)
-        inside = [s for s in found if s.keys[: len(wanted)] == wanted]
+        inside = [s for s in found if wanted and s.keys[: len(wanted)] == wanted]
         around = sorted((s for s in found if s.keys == wanted[: len(s.keys)]), key=lambda s: -len(s.keys))
         return next((s.first + 1 for s in inside + around), 1)
 
@@ -142,43 +141,6 @@ def _syntax_message(name: str, text: str, message: str) -> str:
     words = message[: place.start()] if place else message
     line = (place and place["line"]) or text.count("\n") + 1
     return f"{name}:{line}: {_PLAIN_WORDS.get(words, words)}"
-
-
-def validated(document: TomlDocument, type_: type[T]) -> T:
-    """Return the document as a dataclass, checked strictly: no unknown keys, no other types.
-
-    The dataclass says with ``__pydantic_config__`` and annotations what is allowed.
-
-    Raises
-    ------
-    document.error_type
-        For the first mistake; names file, line and the nearest known key.
-    """
-    from pydantic import TypeAdapter, ValidationError
-
-    try:
-        return TypeAdapter(type_).validate_python(document.data)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        keys = [str(part) for part in first["loc"]]
-        if first["type"] == "unexpected_keyword_argument":
-            raise document.unknown(keys, toml_keys(type_)) from None
-        raise document.error(keys, problem(first["type"], keys, first["msg"])) from None
-
-
-def problem(kind: str, keys: Sequence[str], message: str) -> str:
-    """Return what is wrong with a value, in words for the person who wrote the file."""
-    if kind in ("missing", "missing_argument"):
-        return f"key '{keys[-1]}' is missing"
-    text = message.removeprefix("Value error, ").removeprefix("Input ")
-    return f"{'.'.join(keys)} {text}" if text != message else f"{'.'.join(keys)}: {text}"
-
-
-def toml_keys(type_: type) -> list[str]:
-    """Return the keys that a dataclass takes, with aliases in place of field names."""
-    from pydantic import TypeAdapter
-
-    return list(TypeAdapter(type_).json_schema(by_alias=True)["properties"])
 
 
 def statements(text: str) -> list[Statement]:

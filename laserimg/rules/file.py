@@ -98,9 +98,9 @@ def _class_rules(document: TomlDocument, label: str, table: Any) -> ClassRules:
         if key not in KEYS:
             raise document.unknown((label, key), KEYS)
     limits = {
-        name: _interval(document, (label, name), table[name], quantity)
-        for name, quantity in QUANTITIES.items()
-        if name in table
+        name: _interval(document, (label, name), value, QUANTITIES[name])
+        for name, value in table.items()
+        if name in QUANTITIES
     }
     shares = {
         name: _share(document, (label, name), table.get(name, default)) for name, default in SHARES.items()

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import cv2
 import joblib
@@ -130,7 +130,8 @@ def run(
             waiting.append(task)
     parallel = joblib.Parallel(n_jobs=min(jobs, max(len(waiting), 1)), return_as="generator_unordered")
     work = joblib.delayed(_process)
-    yield from parallel(work(task, settings, out, len(tasks) == 1) for task in waiting)
+    results = parallel(work(task, settings, out, len(tasks) == 1) for task in waiting)
+    yield from cast(Iterator[Done], results)
 
 
 def finished_scans(task: Task, out: Path) -> int:

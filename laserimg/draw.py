@@ -47,7 +47,7 @@ def backdrop(scan: Scan, kind: str = "normals") -> Picture:
         image = np.repeat(image[..., None], 3, axis=2)
     across, up = picture_scale(scan)
     size = (round(scan.shape[1] * across), round(scan.shape[0] * up))
-    return cv2.resize(image, size, interpolation=cv2.INTER_NEAREST)
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_NEAREST), np.uint8)
 
 
 def overlay(result: Result, kind: str = "normals") -> Picture:

@@ -118,6 +118,6 @@ def reference_regions(scan: Scan, continuity_step_m: float = CONTINUITY_STEP_M) 
     """
     valid = scan.valid
     values = np.where(valid, scan.range, np.float32(np.nan))
-    step = np.float32(continuity_step_m)
+    step = float(np.float32(continuity_step_m))  # compared with float32 differences
     links = step_links(values, {(0, 1): step, (1, 0): step}, wraps=False)
     return Partition(connected(valid, links, MIN_PIXELS), scan.range, valid)

@@ -112,7 +112,7 @@ def _patches(
     """Keep the large connected patches of the free points near a plane."""
     plane = plane if plane.offset_m < 0 else Plane(-plane.normal, -plane.offset_m)
     mask = free & (np.abs(plane.distance(points)) <= TOLERANCE_M)
-    _, patch = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
+    patch = np.asarray(cv2.connectedComponents(mask.view(np.uint8), connectivity=8)[1], np.int32)
     inside = patch[mask]
     if len(inside) == 0:
         return None

@@ -36,7 +36,7 @@ def with_up(scan: Scan, axis: str) -> Scan:
     if name.lstrip("+-") not in _AXES or len(name) > 2:
         raise ConfigError(f"up must be x, y, z, -x, -y or -z, not {axis!r}")
     up = np.array(_AXES[name.lstrip("+-")]) * (-1 if name.startswith("-") else 1)
-    rotation, _ = Rotation.align_vectors([[0.0, 0.0, 1.0]], [up])
+    rotation = Rotation.align_vectors([[0.0, 0.0, 1.0]], [up])[0]
     return _posed(scan, rotation.as_matrix())
 
 

@@ -2,8 +2,8 @@ import json
 
 import numpy as np
 import pytest
-from shapes import boxes_and_floor, ray_grid
 
+from analytic import boxes_and_floor, ray_grid
 from laserimg import batch
 from laserimg.errors import ConfigError, LaserImgError
 from laserimg.formats.coco_file import read_coco

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from shapes import boxes_and_floor, ray_grid
 
+from analytic import boxes_and_floor, ray_grid
 from laserimg.boxes import iou
 from laserimg.clusters import find_clusters
 from laserimg.geometry.floor import find_floor

@@ -2,8 +2,8 @@ import json
 
 import numpy as np
 import pytest
-from shapes import boxes_and_floor, ray_grid
 
+from analytic import boxes_and_floor, ray_grid
 from laserimg.boxes import iou
 from laserimg.detectors.candidate import Candidate
 from laserimg.detectors.given import GivenCandidates

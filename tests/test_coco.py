@@ -140,7 +140,9 @@ FOUND = Annotation(
 
 
 def test_detections_are_written_with_the_keys_of_the_contract():
-    document = json.loads(coco_text(coco(FOUND, info={"version": "0.1.0"})))
+    text = coco_text(coco(FOUND, info={"version": "0.1.0"}))
+    assert "-0.0" not in text
+    document = json.loads(text)
     assert list(document) == ["info", "images", "categories", "annotations"]
     assert document["images"] == [
         {"id": 1, "file_name": "room.pcd", "width": WIDTH, "height": HEIGHT, "scan": 0}
@@ -333,7 +335,7 @@ def test_the_grid_must_be_that_of_the_image():
 
 
 IMAGES = (
-    CocoImage(1, "a/room.pcd.bz2", WIDTH, HEIGHT),
+    CocoImage(1, "site/a/room.pcd.bz2", WIDTH, HEIGHT),
     CocoImage(2, "b\\room.pcd", WIDTH, HEIGHT),
     CocoImage(3, "street.pcap", WIDTH, HEIGHT, scan=4),
     CocoImage(4, "street.pcap", WIDTH, HEIGHT, scan=5),
@@ -358,7 +360,9 @@ def test_images_are_found_by_stem_scan_and_folder(source, index, found):
 
 
 def test_images_that_fit_equally_well_are_an_error():
-    with pytest.raises(LabelError, match=r"c/room.pcd may be any of the images a/room.pcd.bz2, b\\room.pcd"):
+    with pytest.raises(
+        LabelError, match=r"c/room.pcd may be any of the images site/a/room.pcd.bz2, b\\room.pcd"
+    ):
         coco(images=IMAGES).image_of("c/room.pcd")
 
 

@@ -148,6 +148,7 @@ def validate(
             continue
         if not quiet:
             print(f"{file}: valid, {', '.join(rules.labels) or 'no classes'}")
+            print("".join(f"{_needs_detector(one.label)}\n" for one in rules if one.needs_detector), end="")
     if failed:
         raise typer.Exit(1)
 
@@ -180,13 +181,17 @@ def _print_changes(old: Rules, new: Rules) -> None:
         for name in changed:
             print(f"{one.label}.{name}: {now.get(name, 'no limit')}")
         if changed and one.needs_detector:
-            print(
-                f"note: '{one.label}' needs a detector trained for it; "
-                f"to try every region: laserimg rules set {one.label}.from regions"
-            )
+            print(_needs_detector(one.label))
     for label in old.labels:
         if label not in new:
             print(f"{label}: no rules")
+
+
+def _needs_detector(label: str) -> str:
+    return (
+        f"note: '{label}' needs a detector trained for it; "
+        f"to try every region: laserimg rules set {label}.from regions"
+    )
 
 
 def _rows(rules: ClassRules) -> dict[str, str]:

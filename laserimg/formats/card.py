@@ -1,14 +1,13 @@
 """The card of a detector: what a cascade or HOG file was trained on and for."""
 
 from dataclasses import dataclass, field, fields
-from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import ConfigDict, Field
 
 from laserimg.errors import ModelError
-from laserimg.files import write_text
+from laserimg.files import sha256_of, write_text
 from laserimg.formats.toml import TomlDocument, parse_toml, read_toml
 from laserimg.formats.validation import validated
 
@@ -135,7 +134,7 @@ def file_sha256(path: Path) -> str:
         If the file cannot be read.
     """
     try:
-        return sha256(path.read_bytes()).hexdigest()
+        return sha256_of(path)
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror}") from None
 

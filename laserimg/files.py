@@ -15,6 +15,7 @@ from laserimg.errors import LaserImgError
 
 # A compressed file may claim any size; nothing a scanner writes comes near this.
 MAX_UNPACKED_BYTES = 4 << 30
+_BLOCK_BYTES = 16 << 20
 
 _OPENERS = {".bz2": bz2.open, ".gz": gzip.open, ".xz": lzma.open}
 
@@ -43,17 +44,33 @@ def read_bytes(path: Path, limit: int = MAX_UNPACKED_BYTES) -> bytes:
     LaserImgError
         If the file is missing, unreadable, cut off, or unpacks to more than `limit` bytes.
     """
+    data = read_start(path, limit + 1)
+    if len(data) > limit:
+        raise LaserImgError(f"holds more than {limit >> 20} MB")
+    return data
+
+
+def read_start(path: Path, count: int) -> bytes:
+    """Return the first `count` bytes of a file, unpacked if it is compressed; all, if it holds fewer.
+
+    Raises
+    ------
+    LaserImgError
+        If the file is missing, unreadable or cut off.
+    """
     opener = _OPENERS.get(path.suffix.lower(), open)
+    blocks, left = [], count
     try:
         with opener(path, "rb") as file:
-            data = file.read(limit + 1)
+            # A read makes room for as many bytes as it is asked for, whatever the file holds.
+            while left > 0 and (block := file.read(min(left, _BLOCK_BYTES))):
+                blocks.append(block)
+                left -= len(block)
     except FileNotFoundError:
         raise LaserImgError("no such file") from None
     except (OSError, EOFError, lzma.LZMAError, zlib.error) as error:
         raise LaserImgError(f"cannot be read: {error}") from error
-    if len(data) > limit:
-        raise LaserImgError(f"holds more than {limit >> 20} MB")
-    return data  # type: ignore[return-value]
+    return b"".join(blocks)
 
 
 def sha256_of(path: Path) -> str:

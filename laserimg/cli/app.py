@@ -3,7 +3,7 @@
 import typer
 
 import laserimg
-from laserimg.cli import card, detect, rules
+from laserimg.cli import card, convert, detect, info, rules
 
 app = typer.Typer(
     name="laserimg",
@@ -33,3 +33,5 @@ def _options(
 app.command()(detect.detect)
 app.add_typer(rules.app)
 app.command()(card.card)
+app.command()(info.info)
+app.command()(convert.convert)

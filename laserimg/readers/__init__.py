@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import cache
 from glob import glob, has_magic
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
@@ -78,7 +78,8 @@ def open_scans(path: str | Path) -> Iterator[Scan]:
 def find_files(paths: Iterable[str | Path]) -> list[Path]:
     """Return the scan files that files, folders and globs name, each once, in order.
 
-    A folder gives the files in it and below it whose suffix has a reader; a file is taken as it is.
+    A folder gives the files in it and below it whose suffix has a reader, where other files share the
+    suffix (txt, png, npz ...) only those that begin like a scan; a file is taken as it is.
 
     Raises
     ------
@@ -118,11 +119,7 @@ def suffixes() -> list[str]:
 
 def _files_of(path: Path) -> list[Path]:
     if path.is_dir():
-        known = set(suffixes())
-        inside = (
-            file for file in sorted(path.rglob("*")) if without_compression(file).suffix.lower() in known
-        )
-        files = [file for file in inside if file.is_file()]
+        files = [file for file in sorted(path.rglob("*")) if _is_scan_file(file)]
     elif has_magic(str(path)) and not path.exists():
         # Path.glob takes no absolute pattern.
         names = sorted(glob(str(path), recursive=True))  # noqa: PTH207
@@ -144,7 +141,10 @@ def _is_scan_file(path: Path) -> bool:
 def _reader_of(path: Path) -> Reader:
     suffix = without_compression(path).suffix.lower()
     if suffix in _plugins():
-        return _plugins()[suffix].load()
+        try:
+            return _plugins()[suffix].load()
+        except (ImportError, AttributeError) as error:
+            raise ScanError(f"its reader {_plugins()[suffix].value} cannot be loaded: {error}") from error
     if suffix not in _BUILT_IN:
         raise ScanError(f"no reader for {suffix or 'a file without suffix'}; known: {' '.join(suffixes())}")
     return _function(_BUILT_IN[suffix])
@@ -156,5 +156,5 @@ def _function(place: str) -> Any:
 
 
 @cache
-def _plugins() -> dict:
+def _plugins() -> dict[str, EntryPoint]:
     return {f".{entry.name.lower().lstrip('.')}": entry for entry in entry_points(group=ENTRY_POINTS)}

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from laserimg.errors import LaserImgError, ScanError
-from laserimg.files import read_bytes
+from laserimg.files import read_bytes, read_start
 from laserimg.readers.fields import intensity_field
 from laserimg.readers.points import scan_from_points
 from laserimg.readers.table import read_table
@@ -62,7 +62,7 @@ def read_ascii(path: Path) -> Iterator[Scan]:
 def holds_points(path: Path) -> bool:
     """Tell whether a text file begins like points, for folders that hold other text too."""
     try:
-        _layout(read_bytes(path, limit=1 << 62)[:_SNIFFED_BYTES], 0)
+        _layout(read_start(path, _SNIFFED_BYTES), 0)
     except LaserImgError:
         return False
     return True

@@ -17,6 +17,7 @@ from laserimg.projection import directions_from_angles
 from laserimg.scan import Scan
 
 _OPTIONAL = ("reflectance", "filled", "world_from_scan")
+_SINGLE = ("wraps", "min_range", "max_range")
 _BROKEN = (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, NotImplementedError, RuntimeError)
 
 
@@ -32,8 +33,7 @@ def read_npz(path: Path) -> Iterator[Scan]:
     if "range" not in arrays:
         raise ScanError(f"has no key 'range', only {' '.join(sorted(arrays)) or 'nothing'}")
     optional: dict[str, Any] = {key: arrays[key] for key in _OPTIONAL if key in arrays}
-    if "wraps" in arrays:
-        optional["wraps"] = bool(np.all(arrays["wraps"]))
+    optional |= {key: arrays[key].item() for key in _SINGLE if key in arrays and arrays[key].size == 1}
     range_m = np.array(arrays["range"], np.float32)
     range_m[~np.isfinite(range_m)] = 0
     yield Scan(range_m, _directions(arrays), **optional)
@@ -78,8 +78,8 @@ def _array(data: bytes) -> NDArray:
     if read_header is None:
         raise ValueError(f"array format {version} is not known")
     shape, fortran, dtype = read_header(stream)
-    if dtype.hasobject or dtype.fields is not None:
-        raise ValueError("an array holds objects, not numbers")
+    if dtype.kind not in "fiub":
+        raise ValueError(f"an array holds {dtype}, not numbers")
     if min(shape, default=0) < 0 or math.prod(shape) * dtype.itemsize != len(data) - stream.tell():
         raise ValueError(f"an array of {shape} does not fit its {len(data)} bytes")
     array = np.frombuffer(data, dtype, offset=stream.tell())

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from laserimg.errors import ScanError
 from laserimg.files import read_bytes
+from laserimg.formats.ptx import NO_INTENSITY
 from laserimg.readers.grid import scan_from_grid
 from laserimg.readers.pose import rigid
 from laserimg.readers.table import read_table
@@ -51,7 +52,8 @@ def _read_scan(lines: io.BytesIO, size: int) -> Scan:
     # Columns come from bottom to top: the transposed grid is upside down, which the grid's own
     # directions tell too.
     grid = table.reshape(columns, rows, -1).transpose(1, 0, 2)[::-1]
-    reflectance = grid[..., 3] if table.shape[1] in (4, 7) else None
+    measured = table.shape[1] in (4, 7) and (table[:, 3] != NO_INTENSITY).any()
+    reflectance = grid[..., 3] if measured else None
     return scan_from_grid(grid[..., :3], reflectance, world_from_scan=pose)
 
 

@@ -2,9 +2,11 @@
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from laserimg.geometry.floor import Floor
 from laserimg.geometry.large_planes import TOLERANCE_M, LargePlane, large_planes
+from laserimg.geometry.planes import heights_over
 from laserimg.lattice import Offset, connected, step_links
 from laserimg.mixed_pixels import with_mixed_pixels
 from laserimg.regions import MIN_PIXELS, Labels, Partition
@@ -21,6 +23,7 @@ LINK = 1 / 30
 MAX_REACH = 16
 
 _THIN_PIXELS = 10_000
+_LOG_STEPS = 5000
 
 
 def find_clusters(scan: Scan, floor: Floor | None, link: float = LINK) -> Partition:
@@ -59,17 +62,27 @@ def linked(
     range_m: Float32Array, directions: Float32Array, objects: BoolArray, wraps: bool, link: float
 ) -> tuple[Labels, Float32Array]:
     """Return the connected sets of `objects`, mixed pixels included, and the ranges to measure with."""
-    values = np.full(range_m.shape, np.nan, np.float32)
-    np.log(range_m, out=values, where=objects)
-    labels = connected(objects, step_links(values, link_limits(directions, link), wraps), MIN_PIXELS)
+    links = step_links(fixed_log(range_m), objects, link_limits(directions, link), wraps)
+    labels = connected(objects, links, MIN_PIXELS)
     return with_mixed_pixels(labels, range_m, objects & (labels == 0), wraps)
+
+
+def fixed_log(range_m: Float32Array) -> NDArray[np.uint16]:
+    """Logarithm of the range in units of 1 / `_LOG_STEPS`: half the memory of floats, compared twice as fast.
+
+    It reaches from 5 cm to 18 km.
+    """
+    scaled = np.asarray(cv2.log(np.maximum(range_m, np.float32(0.05))))
+    scaled += np.float32(3.0)
+    scaled *= np.float32(_LOG_STEPS)
+    return scaled.astype(np.uint16)
 
 
 def standing_objects(scan: Scan, floor: Floor | None) -> BoolArray:
     """Return the (H, W) mask of valid returns that are neither floor nor large plane."""
     objects = scan.valid
     if floor is not None:
-        objects &= floor.height_of(scan.points()) > floor.clearance_m
+        objects &= heights_over(floor.plane, scan.range, scan.directions) > floor.clearance_m
     step = _thinning(scan.shape)
     thin_points = scan.range[::step, ::step, None] * scan.directions[::step, ::step]
     pitch = _median_pitch(scan.directions, step)
@@ -78,7 +91,7 @@ def standing_objects(scan: Scan, floor: Floor | None) -> BoolArray:
     return objects
 
 
-def link_limits(directions: Float32Array, link: float) -> dict[Offset, Float32Array]:
+def link_limits(directions: Float32Array, link: float) -> dict[Offset, NDArray[np.uint16]]:
     """Return, for every offset compared, the largest difference of log range that links two pixels.
 
     The squared distance of two returns as a share of their range is the squared difference of log
@@ -90,8 +103,9 @@ def link_limits(directions: Float32Array, link: float) -> dict[Offset, Float32Ar
     limits = {}
     for offset in _offsets(directions, link, step):
         room = link**2 - _squared_chord(directions, offset, step)
-        room = np.maximum(room, (link / 2) ** 2) if max(offset) == 1 else np.where(room > 0, room, np.nan)
-        limits[offset] = cv2.resize(np.sqrt(room), shape[::-1], interpolation=cv2.INTER_LINEAR)
+        room = np.sqrt(np.maximum(room, (link / 2) ** 2 if max(offset) == 1 else 0))
+        fixed = np.rint(room * _LOG_STEPS).astype(np.uint16)
+        limits[offset] = np.asarray(cv2.resize(fixed, shape[::-1], interpolation=cv2.INTER_LINEAR), np.uint16)
     return limits
 
 
@@ -128,17 +142,16 @@ def _median_pitch(directions: Float32Array, step: int) -> tuple[float, float]:
 
 def _take_out(objects: BoolArray, scan: Scan, large: LargePlane, step: int) -> None:
     """Clear the returns of `objects` near the plane, within the thinned patch and a step around it."""
-    patch = cv2.dilate(large.mask.view(np.uint8), np.ones((3, 3), np.uint8))
+    patch = np.asarray(cv2.dilate(large.mask.view(np.uint8), np.ones((3, 3), np.uint8)))
     rows, columns = np.flatnonzero(patch.any(axis=1)), np.flatnonzero(patch.any(axis=0))
+    coarse = patch[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    full = cv2.resize(coarse, None, fx=step, fy=step, interpolation=cv2.INTER_NEAREST).view(np.bool_)
     window = (
         slice(rows[0] * step, (rows[-1] + 1) * step),
         slice(columns[0] * step, (columns[-1] + 1) * step),
     )
-    full = np.kron(
-        patch[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1], np.ones((step, step), np.uint8)
-    )
     inside = objects[window]
-    along = scan.directions[window] @ large.plane.normal.astype(np.float32)
-    along *= scan.range[window]
-    along -= np.float32(large.plane.offset_m)
-    inside &= ~((np.abs(along) <= TOLERANCE_M) & full[: inside.shape[0], : inside.shape[1]].view(np.bool_))
+    distance = heights_over(large.plane, scan.range[window], scan.directions[window])
+    near = np.abs(distance, out=distance) <= TOLERANCE_M
+    near &= full[: inside.shape[0], : inside.shape[1]]
+    inside &= ~near

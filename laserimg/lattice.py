@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
@@ -10,22 +11,24 @@ from scipy.sparse.csgraph import connected_components
 from laserimg.errors import LaserImgError
 
 BoolArray = NDArray[np.bool_]
+Values = NDArray[np.float32] | NDArray[np.uint16]
 Offset = tuple[int, int]
+Window = tuple[slice, slice]
 Links = Mapping[Offset, BoolArray]
 
 
 def step_links(
-    values: NDArray[np.float32], limits: Mapping[Offset, float | NDArray[np.float32]], wraps: bool
+    values: Values, takes_part: BoolArray, limits: Mapping[Offset, float | Values], wraps: bool
 ) -> dict[Offset, BoolArray]:
     """Return, for every offset, which pixels have a value near that of the pixel at that offset.
 
     Parameters
     ----------
-    values : (H, W) array of float32
-        NaN where the pixel takes no part.
-    limits : mapping of offset to float or (H, W) array
-        Largest |difference|, in the unit of `values`. An offset is (rows, columns), rows not
-        negative.
+    values : (H, W) array of float32 or uint16
+    takes_part : (H, W) array of bool
+        Other pixels are linked to none.
+    limits : mapping of offset to number or (H, W) array of the type of `values`
+        Largest |difference|. An offset is (rows, columns), rows not negative.
     wraps : bool
         The columns close a full turn.
 
@@ -37,24 +40,34 @@ def step_links(
     Examples
     --------
     >>> values = np.array([[1.0, 1.1, 3.0]], np.float32)
-    >>> step_links(values, {(0, 1): 0.5}, wraps=False)[0, 1].tolist()
+    >>> step_links(values, values > 0, {(0, 1): 0.5}, wraps=False)[0, 1].tolist()
     [[True, False, False]]
     """
-    height, width = values.shape
-    reach = max(max(rows, abs(columns)) for rows, columns in limits)
-    padded = np.full((height + reach, width + 2 * reach), np.nan, np.float32)
-    padded[:height, reach : reach + width] = values
-    if wraps:
-        padded[:height, :reach] = values[:, -reach:]
-        padded[:height, reach + width :] = values[:, :reach]
-    difference = np.empty_like(values)
     links = {}
-    for (rows, columns), limit in limits.items():
-        other = padded[rows : rows + height, reach + columns : reach + columns + width]
-        np.subtract(values, other, out=difference)
-        np.abs(difference, out=difference)
-        links[rows, columns] = difference <= limit
+    for offset, limit in limits.items():
+        link = np.zeros(values.shape, np.bool_)
+        for first, second in _pairs(values.shape, offset, wraps):
+            near = np.asarray(cv2.absdiff(values[first], values[second]))
+            allowed = limit[first] if isinstance(limit, np.ndarray) else values.dtype.type(limit)
+            np.less_equal(near, allowed, out=link[first])
+            link[first] &= takes_part[first]
+            link[first] &= takes_part[second]
+        links[offset] = link
     return links
+
+
+def _pairs(shape: tuple[int, int], offset: Offset, wraps: bool) -> list[tuple[Window, Window]]:
+    """Return the windows of the grid that hold the first and the second pixels of all pairs."""
+    (height, width), (rows, columns) = shape, offset
+    upper, lower = slice(0, height - rows), slice(rows, height)
+    left, right = slice(0, width - abs(columns)), slice(abs(columns), width)
+    first, second = (left, right) if columns >= 0 else (right, left)
+    pairs = [((upper, first), (lower, second))]
+    if wraps and columns:
+        border, start = slice(width - abs(columns), width), slice(0, abs(columns))
+        first, second = (border, start) if columns > 0 else (start, border)
+        pairs.append(((upper, first), (lower, second)))
+    return [pair for pair in pairs if height > rows and width > abs(columns)]
 
 
 def connected(takes_part: BoolArray, links: Links, min_pixels: int) -> NDArray[np.int32]:
@@ -85,24 +98,23 @@ def connected(takes_part: BoolArray, links: Links, min_pixels: int) -> NDArray[n
         raise LaserImgError("links must hold the offset (0, 1)")
     first, run = _runs(takes_part, links[0, 1])
     edges = [_run_edges(run, offset, mask) for offset, mask in _needed(links).items()]
-    one, other = np.concatenate(edges, axis=1)
+    one, other = np.concatenate(edges, axis=1) - 1
     graph = coo_array((np.ones(len(one), np.bool_), (one, other)), (len(first), len(first)))
     _, component = connected_components(graph, directed=False)
-    pixels = np.diff(first, append=run.size) * takes_part.ravel()[first]
-    return _numbered(component, pixels, min_pixels)[run]
+    length = np.diff(first, append=run.size)
+    number = _numbered(component, length * takes_part.ravel()[first], min_pixels)
+    return np.repeat(number, length).reshape(takes_part.shape)
 
 
 def _runs(takes_part: BoolArray, right: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
-    """Return the first pixel of every run, and the (H, W) run of every pixel.
+    """Return the first pixel of every run, and the (H, W) number of every pixel's run, from 1.
 
     A run is a stretch of one row whose pixels are linked, or a stretch that takes no part.
     """
     start = np.ones(takes_part.shape, np.bool_)
     np.logical_not(right[:, :-1], out=start[:, 1:])
     start[:, 1:] &= takes_part[:, 1:] | takes_part[:, :-1]
-    run = np.cumsum(start, dtype=np.int32).reshape(start.shape)
-    run -= 1
-    return np.flatnonzero(start), run
+    return np.flatnonzero(start), np.cumsum(start, dtype=np.int32).reshape(start.shape)
 
 
 def _needed(links: Links) -> dict[Offset, BoolArray]:

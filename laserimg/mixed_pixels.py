@@ -32,17 +32,20 @@ def with_mixed_pixels(
         The columns close a full turn.
     """
     row, column = np.nonzero(loose)
-    new_labels, new_range = labels.copy(), range_m.copy()
     own = range_m[row, column]
-    nearest = np.full(len(own), np.inf, np.float32)
+    owner, nearest = np.zeros(len(own), np.int32), np.full(len(own), np.inf, np.float32)
     for rows, columns in ((0, 1), (0, -1), (1, 0), (-1, 0)):
         label, near = _at(labels, range_m, row + rows, column + columns, wraps)
         _, far = _at(labels, range_m, row - rows, column - columns, wraps)
         mixed = (label > 0) & (near < own) & (own < far) & (far - own >= MIN_SHARE * (far - near))
         mixed &= near < nearest
-        new_labels[row[mixed], column[mixed]] = label[mixed]
-        new_range[row[mixed], column[mixed]] = near[mixed]
-        nearest[mixed] = near[mixed]
+        owner[mixed], nearest[mixed] = label[mixed], near[mixed]
+    owned = owner > 0
+    if not owned.any():
+        return labels, range_m
+    new_labels, new_range = labels.copy(), range_m.copy()
+    new_labels[row[owned], column[owned]] = owner[owned]
+    new_range[row[owned], column[owned]] = nearest[owned]
     return new_labels, new_range
 
 

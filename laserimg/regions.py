@@ -117,7 +117,6 @@ def reference_regions(scan: Scan, continuity_step_m: float = CONTINUITY_STEP_M) 
     [1, 1, 1, 1, 1, 2, 2, 2, 2, 2]
     """
     valid = scan.valid
-    values = np.where(valid, scan.range, np.float32(np.nan))
-    step = float(np.float32(continuity_step_m))  # compared with float32 differences
-    links = step_links(values, {(0, 1): step, (1, 0): step}, wraps=False)
+    limits = {(0, 1): continuity_step_m, (1, 0): continuity_step_m}
+    links = step_links(scan.range, valid, limits, wraps=False)
     return Partition(connected(valid, links, MIN_PIXELS), scan.range, valid)

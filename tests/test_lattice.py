@@ -46,7 +46,7 @@ def test_components_are_those_of_the_pairwise_graph(grid, wraps):
     values = values_of(grid)
     limits = dict.fromkeys(OFFSETS, 0.05)
     takes_part = np.isfinite(values)
-    labels = connected(takes_part, step_links(values, limits, wraps), 1)
+    labels = connected(takes_part, step_links(values, takes_part, limits, wraps), 1)
     assert ((labels > 0) == takes_part).all()
     expected = slow_partition(values, limits, wraps)
     assert same_partition(labels[takes_part], expected[takes_part])
@@ -55,7 +55,7 @@ def test_components_are_those_of_the_pairwise_graph(grid, wraps):
 @given(GRIDS)
 def test_small_components_are_left_out_and_numbers_follow_the_raster(grid):
     values = values_of(grid)
-    links = step_links(values, {(0, 1): 0.05, (1, 0): 0.05}, wraps=False)
+    links = step_links(values, np.isfinite(values), {(0, 1): 0.05, (1, 0): 0.05}, wraps=False)
     every = connected(np.isfinite(values), links, 1)
     large = connected(np.isfinite(values), links, 4)
     sizes = np.bincount(every.ravel())
@@ -68,13 +68,16 @@ def test_small_components_are_left_out_and_numbers_follow_the_raster(grid):
 def test_limits_may_differ_from_pixel_to_pixel():
     values = np.array([[0.0, 0.1, 0.2]], np.float32)
     limits = np.array([[0.2, 0.05, 0.2]], np.float32)
-    assert step_links(values, {(0, 1): limits}, wraps=False)[0, 1].tolist() == [[True, False, False]]
+    everywhere = np.ones((1, 3), bool)
+    assert step_links(values, everywhere, {(0, 1): limits}, wraps=False)[0, 1].tolist() == [
+        [True, False, False]
+    ]
 
 
 def test_links_without_the_row_neighbour_are_refused():
     values = np.zeros((3, 3), np.float32)
     with pytest.raises(LaserImgError, match=r"must hold the offset \(0, 1\)"):
-        connected(values == 0, step_links(values, {(1, 0): 1.0}, wraps=False), 1)
+        connected(values == 0, step_links(values, values == 0, {(1, 0): 1.0}, wraps=False), 1)
 
 
 def flood_fill(range_m, step):

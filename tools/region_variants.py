@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from laserimg.boxes import iou
-from laserimg.clusters import LINK, find_clusters, link_limits, standing_objects
+from laserimg.clusters import LINK, find_clusters, fixed_log, link_limits, standing_objects
 from laserimg.evidence import Window
 from laserimg.geometry.floor import Floor, find_floor
 from laserimg.geometry.pitch import angular_pitch
@@ -75,9 +75,8 @@ def linked_by_share(link: float, reach: int, walls: bool, mixed: bool) -> Varian
 
     def labels(scan: Scan, floor: Floor | None) -> Labels:
         objects = standing_objects(scan, floor) if walls else above_floor(scan, floor)
-        values = np.where(objects, np.log(np.maximum(scan.range, 1e-6)), np.nan).astype(np.float32)
         limits = {o: limit for o, limit in link_limits(scan.directions, link).items() if max(o) <= reach}
-        found = connected(objects, step_links(values, limits, scan.wraps), MIN_PIXELS)
+        found = connected(objects, step_links(fixed_log(scan.range), objects, limits, scan.wraps), MIN_PIXELS)
         if mixed:
             found, _ = with_mixed_pixels(found, scan.range, objects & (found == 0), scan.wraps)
         return found

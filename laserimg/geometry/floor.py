@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.geometry.planes import Plane, planes_through, refit_plane
+from laserimg.geometry.planes import Plane, heights_over, planes_through, refit_plane
 from laserimg.scan import Scan
 
 MAX_TILT_RAD = float(np.radians(15))
@@ -94,10 +94,11 @@ def _supported(plane: Plane, scan: Scan) -> Floor | None:
     if tilt > MAX_TILT_RAD or plane.offset_m >= 0:
         return None
     valid = scan.valid
-    distance = (scan.directions @ plane.normal.astype(np.float32)) * scan.range - np.float32(plane.offset_m)
-    near = distance[valid & (np.abs(distance) <= TOLERANCE_M)]
-    share = len(near) / int(valid.sum())
-    rms = float(np.sqrt(np.mean(np.square(near)))) if len(near) else float("inf")
+    distance = heights_over(plane, scan.range, scan.directions)
+    near = valid & (np.abs(distance) <= TOLERANCE_M)
+    held = distance[near]
+    share = len(held) / int(np.count_nonzero(valid))
+    rms = float(np.sqrt(held @ held / len(held))) if len(held) else float("inf")
     good = share >= MIN_SHARE and rms <= MAX_RMS_M
     return Floor(plane, share, rms, float(np.degrees(tilt))) if good else None
 

@@ -14,9 +14,9 @@ MIN_AREA_M2 = 3.0
 TOLERANCE_M = 0.05
 
 _MIN_PIXELS = 20
-_TRIALS = 400
-_SAMPLE = 1200
-_ATTEMPTS = 20
+_TRIALS = 300
+_SAMPLE = 1000
+_ATTEMPTS = 12
 # Returns that see a plane at a lower angle than this (sine) say little about it.
 _MIN_GRAZE = 0.15
 # Triples are drawn from a window of this size, so that most of them lie on one surface.

@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from laserimg.errors import ScanError
+from laserimg.scan import Float32Array
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -39,6 +41,21 @@ class Plane:
         if float(self.normal @ np.asarray(direction)) >= 0:
             return self
         return Plane(-self.normal, -self.offset_m)
+
+
+def heights_over(plane: Plane, range_m: Float32Array, directions: Float32Array) -> Float32Array:
+    """Return the signed distance (H, W) in metres of returns from a plane, without making the points.
+
+    Parameters
+    ----------
+    plane : Plane
+    range_m : (H, W) array of float32
+    directions : (H, W, 3) array of float32
+    """
+    heights = np.asarray(cv2.transform(directions, plane.normal[None].astype(np.float32)), np.float32)
+    heights *= range_m
+    heights -= np.float32(plane.offset_m)
+    return heights
 
 
 def fit_plane(points: ArrayLike) -> Plane:

@@ -141,7 +141,7 @@ def test_limits_of_range_hide_what_is_too_near():
 def test_checks_are_strict_for_shares_and_closed_for_limits():
     inside, fills = continuity(0.9, 0.51, BIN)
     assert (inside.passed, fills.passed) == (False, True)
-    assert inside.reason.startswith("region_inside 0.90")
+    assert inside.reason == "region_inside 0.90 <= 0.90"
     assert Interval(0.2, 0.6).contains(0.6)
 
 

@@ -46,9 +46,9 @@ def continuity(region_inside: float, region_fills: float, rules: ClassRules) -> 
 
 def _share(name: str, value: float, limit: float) -> Check:
     passed = value > limit
-    return Check(
-        name, value, Interval(limit, None), passed, "" if passed else f"{name} {value:.2f} < {limit:.2f}"
-    )
+    sign = "<" if round(value, 2) < round(limit, 2) else "<="
+    reason = "" if passed else f"{name} {value:.2f} {sign} {limit:.2f}"
+    return Check(name, value, Interval(limit, None), passed, reason)
 
 
 def no_region() -> Check:

@@ -1,8 +1,11 @@
 """The angle between neighbouring rays, pixel by pixel, in both directions of the grid."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from laserimg.scan import BoolArray, Float32Array, Scan
+
+Floats = NDArray[np.floating]
 
 # Enough for medians over a scan.
 SAMPLES = 10_000
@@ -56,7 +59,7 @@ def pitch_of(directions: Float32Array, wraps: bool) -> tuple[Float32Array, Float
     return np.ascontiguousarray(across), up
 
 
-def sample_pitch(scan: Scan, valid: BoolArray) -> tuple[Float32Array, Float32Array, Float32Array]:
+def sample_pitch(scan: Scan, valid: BoolArray) -> tuple[Floats, Floats, Floats]:
     """Return range and pitch of a sample of the valid returns, spread over the grid.
 
     Returns

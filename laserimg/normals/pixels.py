@@ -1,0 +1,167 @@
+"""From the planes of cells to a normal for every return."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import cv2
+import numpy as np
+
+from laserimg.geometry.blocks import by_row_blocks
+from laserimg.geometry.cells import pad_cells
+from laserimg.geometry.pitch import Floats
+from laserimg.geometry.windows import Indices
+from laserimg.normals.cells import Cells
+from laserimg.normals.local import local_planes
+from laserimg.normals.noise import Noise
+from laserimg.normals.planes import NEIGHBOURS
+from laserimg.scan import BoolArray, Float32Array, Scan
+
+# A return lies on a plane when it misses it by no more than this many standard deviations.
+ON_PLANE = 4.0
+# Length of the mean of 3 x 3 unit normals that are one surface, flat or curved: two halves 16
+# degrees apart, or one of nine 26 degrees off.
+SAME_SURFACE = 0.99
+
+
+def normals_of_pixels(
+    scan: Scan, inverse_range: Float32Array, noise: Noise, cells: Cells, planes: Float32Array
+) -> Float32Array:
+    """Give every return the normal of a plane that it lies on.
+
+    Inside a surface the planes of cells are blended. At its borders a return takes the plane of
+    its cell or of one beside it. What lies on none of them gets a fit of its own.
+
+    Returns
+    -------
+    (H, W, 3) array of float32
+    """
+    normals = np.empty((*scan.shape, 3), np.float32)
+    mosaic = _Mosaic.of(cells, planes)
+
+    def work(block: slice) -> None:
+        blend = mosaic.blend(block, scan.shape)
+        cv2.merge(_unit(blend, scan.range[block] > 0), dst=normals[block])
+        settled = mosaic.one_surface(block, scan.shape)
+        settled &= _on_plane(blend, scan.directions[block], inverse_range[block], noise)
+        rows, columns = np.nonzero((scan.range[block] > 0) & ~settled)
+        rows += block.start
+        chosen = mosaic.choose(
+            scan.directions[rows, columns].T, inverse_range[rows, columns], noise, rows, columns
+        )
+        rest = ~chosen.any(axis=0)
+        chosen[:, rest] = local_planes(scan, inverse_range, noise, rows[rest], columns[rest])
+        normals[rows, columns] = (chosen / -np.linalg.norm(chosen, axis=0)).T
+
+    by_row_blocks(work, scan.shape, multiple=cells.rows)
+    return normals
+
+
+def _unit(planes: list[Float32Array], returned: BoolArray) -> list[Floats]:
+    """Normals of planes a = n / d, turned to the scanner; 0 where nothing returned."""
+    length = np.sqrt(planes[0] * planes[0] + planes[1] * planes[1] + planes[2] * planes[2])
+    scale = returned / np.minimum(-length, np.float32(-1e-12))
+    return [plane * scale for plane in planes]
+
+
+def _on_plane(
+    planes: list[Float32Array], directions: Float32Array, inverse_range: Float32Array, noise: Noise
+) -> BoolArray:
+    miss = inverse_range.copy()
+    for plane, part in zip(planes, cv2.split(directions), strict=True):
+        miss -= plane * part
+    limit = np.minimum(inverse_range * np.float32(ON_PLANE * noise.range), np.float32(0.5)) * inverse_range
+    return np.abs(miss) <= limit
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Mosaic:
+    """Planes of cells with one cell more on every side, so that each has 8 neighbours.
+
+    Parameters
+    ----------
+    cells : Cells
+    planes : (3, h + 2, w + 2) array of float32
+    agree : (h, w) array of uint8
+        1 where the planes of the 3 x 3 cells around are one surface.
+    beyond : eight ((h + 2) * (w + 2),) arrays of bool
+        At the middle of the neighbour, its plane has the larger inverse range of the two.
+    """
+
+    cells: Cells
+    planes: Float32Array
+    agree: np.ndarray
+    beyond: list[BoolArray]
+
+    @classmethod
+    def of(cls, cells: Cells, planes: Float32Array) -> Self:
+        """Pad the planes and compare each with those around it."""
+        padded = np.stack([pad_cells(plane, cells.wraps) for plane in planes])
+        normals = padded / np.maximum(np.sqrt((padded * padded).sum(axis=0)), 1e-12)
+        means = np.stack([cv2.blur(part, (3, 3))[1:-1, 1:-1] for part in normals])
+        agree = (means * means).sum(axis=0) >= SAME_SURFACE**2
+        middles = np.stack([pad_cells(part, cells.wraps) for part in cells.directions])
+        beyond = [_larger_at(padded, middles, _offset(padded, side)) for side in NEIGHBOURS]
+        return cls(cells, padded, agree.view(np.uint8), beyond)
+
+    def blend(self, block: slice, shape: tuple[int, int]) -> list[Float32Array]:
+        """Interpolate between the planes of cells, for a block of rows of pixels."""
+        rows, columns = self.cells.rows, self.cells.columns
+        around = self.planes[:, block.start // rows : -(-block.stop // rows) + 2]
+        large = [cv2.resize(a, None, fx=columns, fy=rows, interpolation=cv2.INTER_LINEAR) for a in around]
+        down, right = slice(rows, rows + block.stop - block.start), slice(columns, columns + shape[1])
+        return [np.asarray(a, np.float32)[down, right] for a in large]
+
+    def one_surface(self, block: slice, shape: tuple[int, int]) -> BoolArray:
+        """Mask of the pixels in cells that agree with those around them."""
+        rows, columns = self.cells.rows, self.cells.columns
+        agree = self.agree[block.start // rows : -(-block.stop // rows)]
+        large = cv2.resize(agree, None, fx=columns, fy=rows, interpolation=cv2.INTER_NEAREST)
+        return np.asarray(large, np.uint8)[: block.stop - block.start, : shape[1]].view(np.bool_)
+
+    def choose(
+        self,
+        directions: Float32Array,
+        inverse_range: Float32Array,
+        noise: Noise,
+        rows: Indices,
+        columns: Indices,
+    ) -> Float32Array:
+        """Return the plane that each of n returns lies on, (3, n); 0 if it lies on none.
+
+        It is the plane of its cell, unless the return is beyond the line where that plane meets a
+        neighbour's: the two planes tell where that is, without the noise of the return. A return
+        off the plane of its cell takes the one that passes nearest.
+        """
+        flat = self.planes.reshape(3, -1)
+        home = (rows // self.cells.rows + 1) * self.planes.shape[2] + columns // self.cells.columns + 1
+        own, miss = _inverse_range_and_miss(flat.take(home, axis=1), directions, inverse_range, noise)
+        off = miss > ON_PLANE
+        chosen, best = np.where(off, 0, home), np.full(len(home), ON_PLANE, np.float32)
+        for side, beyond in zip(NEIGHBOURS, self.beyond, strict=True):
+            cell = home + _offset(self.planes, side)
+            other, miss = _inverse_range_and_miss(flat.take(cell, axis=1), directions, inverse_range, noise)
+            takes = (((other > own) == beyond.take(home)) | off) & (miss < best)
+            chosen, best = np.where(takes, cell, chosen), np.where(takes, miss, best)
+        return flat.take(chosen, axis=1) * (chosen > 0)
+
+
+def _offset(padded: Float32Array, side: tuple[int, int]) -> int:
+    """Steps to a neighbour in the flat array."""
+    return side[0] * padded.shape[2] + side[1]
+
+
+def _larger_at(padded: Float32Array, middles: Float32Array, offset: int) -> BoolArray:
+    """Whether, `offset` cells on, the plane there has a larger inverse range than the one here."""
+    there = np.roll(padded.reshape(3, -1), -offset, axis=1) - padded.reshape(3, -1)
+    return (there * np.roll(middles.reshape(3, -1), -offset, axis=1)).sum(axis=0) > 0
+
+
+def _inverse_range_and_miss(
+    planes: Float32Array, directions: Float32Array, inverse_range: Float32Array, noise: Noise
+) -> tuple[Float32Array, Float32Array]:
+    """Inverse range of n planes along n rays, and by how many deviations the returns miss it."""
+    x, y, z = planes
+    along = x * directions[0] + y * directions[1] + z * directions[2]
+    variance = noise.variance(inverse_range, x * x + y * y + z * z)
+    miss = np.abs(inverse_range - along) / np.sqrt(variance)
+    return along, np.where(along > 0, miss, np.float32(np.inf))

@@ -9,9 +9,9 @@ from laserimg.evidence import Box, Evidence, Window
 from laserimg.regions import Region, bounding_box
 from laserimg.scan import BoolArray
 
-# Shares of the range within which returns are linked when a region is grown anew: first looser
-# than the default, which keeps an object whole, then tighter, which frees it from what it touches.
-LINKS = (LINK * 1.5, LINK * 1.25, LINK / 1.25, LINK / 1.5)
+# A region grown anew is linked more tightly than those of the scan, which frees it from what it
+# touches. Looser links were tried too and found nothing more: parts at one depth are taken together.
+TIGHT_LINK = LINK / 1.5
 
 # The surroundings of a candidate are its box, this many times as wide and as high.
 SURROUNDINGS = 2.0
@@ -22,8 +22,11 @@ def matching_region(evidence: Evidence, box: Box, region_inside: float, region_f
 
     Paper 2 asks whether there exists an area that lies in the candidate. The regions of the scan
     are tried first; if none satisfies the two shares, regions are grown from the returns in the
-    candidate's surroundings with other links. If none does either, the one that agrees best with
-    the candidate (one that lies in it before one that does not) is returned, so that a reason can be given.
+    candidate's surroundings with tighter links. Then, in the same order, the parts that lie in the
+    candidate at one depth are taken together: the near and far wall of an open wastebasket do
+    not touch, nor do the legs and the seat of a chair. If all fails, the region that agrees best
+    with the candidate is returned (one that lies in it before one that does not), so that a
+    reason can be given.
 
     Parameters
     ----------
@@ -41,16 +44,53 @@ def matching_region(evidence: Evidence, box: Box, region_inside: float, region_f
     scan = evidence.scan
     window = Window.of(box, scan.shape, scan.wraps)
     returns = window.cut(scan.valid)
-    best, best_agreement = None, (False, 0.0)
+    partitions, best = [], _Best(region_inside, region_fills)
     for regions in _partitions(evidence, box, window):
+        partitions.append(regions)
         for region in regions:
-            inside, fills = shares(region, window, scan.shape, returns)
-            if inside > region_inside and fills > region_fills:
+            if best.take(region, *shares(region, window, scan.shape, returns)):
                 return region
-            agreement = (inside > region_inside, inside * fills)
-            if agreement > best_agreement:
-                best, best_agreement = region, agreement
-    return best
+    for regions in partitions:
+        whole = _at_one_depth(evidence, regions, window, region_inside)
+        if whole is not None and best.take(whole, *shares(whole, window, scan.shape, returns)):
+            return whole
+    return best.region
+
+
+class _Best:
+    """The region that agrees best so far."""
+
+    def __init__(self, region_inside: float, region_fills: float) -> None:
+        self._limits = region_inside, region_fills
+        self._agreement = (False, 0.0)
+        self.region: Region | None = None
+
+    def take(self, region: Region, inside: float, fills: float) -> bool:
+        """Remember the region if it is the best so far; tell whether it satisfies both limits."""
+        agreement = (inside > self._limits[0], inside * fills)
+        if agreement > self._agreement:
+            self.region, self._agreement = region, agreement
+        return inside > self._limits[0] and fills > self._limits[1]
+
+
+def _at_one_depth(
+    evidence: Evidence, regions: list[Region], window: Window, region_inside: float
+) -> Region | None:
+    """Take together the regions that lie in the candidate, no deeper apart than the candidate is large."""
+    shape = evidence.scan.shape
+    inside = [r for r in regions if window.holds(r.pixels, shape).mean() > region_inside]
+    if len(inside) < 2:
+        return None
+    main = max(inside, key=lambda r: len(r.pixels))
+    middle = main.pixels[len(main.pixels) // 2]
+    across, up = (float(pitch.ravel()[middle]) for pitch in evidence.pitch)
+    depth = float(np.median(main.ranges))
+    reach = depth * max(across * len(window.columns), up * (window.rows.stop - window.rows.start))
+    parts = [r for r in inside if abs(float(np.median(r.ranges)) - depth) <= reach]
+    pixels, ranges = (
+        np.concatenate(arrays) for arrays in zip(*((r.pixels, r.ranges) for r in parts), strict=True)
+    )
+    return _region(pixels, ranges, shape[1], evidence.scan.wraps)
 
 
 def shares(region: Region, window: Window, shape: tuple[int, int], returns: BoolArray) -> tuple[float, float]:
@@ -77,7 +117,7 @@ def shares(region: Region, window: Window, shape: tuple[int, int], returns: Bool
 
 
 def _partitions(evidence: Evidence, box: Box, window: Window) -> Iterator[list[Region]]:
-    """Yield lists of regions, largest overlap with the candidate first: the scan's, then grown ones."""
+    """Yield the scan's regions in a candidate, then grown ones, those with most pixels in it first."""
     labels = evidence.partition.labels
     yield [evidence.regions[number - 1] for number in _numbers(window.cut(labels))]
     scan = evidence.scan
@@ -87,12 +127,11 @@ def _partitions(evidence: Evidence, box: Box, window: Window) -> Iterator[list[R
     if min(objects.shape) < 2:
         return
     in_box = window.holds(pixels.ravel(), scan.shape).reshape(pixels.shape)
-    for link in LINKS:
-        grown, ranges = linked(range_m, directions, objects, False, link)
-        yield [
-            _region(pixels[grown == number], ranges[grown == number], scan.shape[1], scan.wraps)
-            for number in _numbers(grown[in_box])
-        ]
+    grown, ranges = linked(range_m, directions, objects, False, TIGHT_LINK)
+    yield [
+        _region(pixels[grown == number], ranges[grown == number], scan.shape[1], scan.wraps)
+        for number in _numbers(grown[in_box])
+    ]
 
 
 def _numbers(labels: np.ndarray) -> list[int]:

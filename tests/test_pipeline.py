@@ -123,6 +123,18 @@ def test_a_candidate_that_flows_into_what_is_behind_gets_a_region_grown_in_its_s
     assert metric_box(scan, region, evidence.floor).width == pytest.approx(0.3, abs=0.04)
 
 
+def test_the_walls_of_an_open_basket_and_the_parts_of_a_chair_are_taken_together():
+    near, far = ((1.9, -0.15, -1.45), (1.91, 0.15, -1.22)), ((2.15, -0.15, -1.45), (2.16, 0.15, -1.0))
+    behind = ((3.5, -0.2, -1.5), (3.6, 0.2, -0.75))  # seen through the candidate, but not of it
+    scan = boxes_and_floor(GRID, [near, far, behind])
+    evidence = Pipeline(Rules((BIN,))).observe(scan)
+    assert len(evidence.regions) == 3
+    region = matching_region(evidence, pixel_box(near[0], far[1]), 0.9, 0.5)
+    box = metric_box(scan, region, evidence.floor)
+    assert box.height == pytest.approx(0.5, abs=0.03)
+    assert box.depth == pytest.approx(0.25, abs=0.05)
+
+
 def test_shares_count_pixels_across_the_seam():
     labels_box = (8.0, 1.0, 4.0, 2.0)
     window = Window.of(labels_box, (5, 10), wraps=True)

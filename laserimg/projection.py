@@ -91,6 +91,20 @@ def ranges_of(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray
         return length, (length >= MIN_RANGE_M) & (length <= MAX_RANGE_M)
 
 
+def measured(range_m: ArrayLike) -> NDArray[np.float32]:
+    """Return ranges in metres, 0 where the value cannot be a measurement.
+
+    Examples
+    --------
+    >>> measured([1.5, np.nan, -1.0, 1e30]).tolist()
+    [1.5, 0.0, 0.0, 0.0]
+    """
+    values = np.asarray(range_m, np.float64)
+    with np.errstate(invalid="ignore"):
+        usable = (values >= MIN_RANGE_M) & (values <= MAX_RANGE_M)
+    return np.where(usable, values, 0).astype(np.float32)
+
+
 def reflectance_of(values: ArrayLike, returned: NDArray[np.bool_]) -> NDArray[np.float32]:
     """Return the sensor's values where there is a return and a value, 0 elsewhere."""
     with np.errstate(over="ignore", invalid="ignore"):

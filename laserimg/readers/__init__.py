@@ -103,9 +103,11 @@ def read_file(path: Path) -> Iterator[Scan]:
     try:
         reader = _reader_of(path)
         near, far = range_limits(path)
+        index = -1
         for index, scan in enumerate(reader(path)):
-            named = scan.with_limits(near, far)
-            yield replace(named, source=str(path), index=index)
+            yield replace(scan.with_limits(near, far), source=str(path), index=index)
+        if index < 0:
+            raise ScanError("holds no scan")
     except (MissingExtraError, ConfigError):
         raise
     except LaserImgError as error:

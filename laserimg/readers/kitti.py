@@ -28,7 +28,8 @@ def read_kitti(path: Path) -> Iterator[Scan]:
     data = read_bytes(path)
     if not data or len(data) % _BYTES_PER_POINT:
         raise ScanError(f"is cut off or not a KITTI file: {len(data)} bytes are no whole number of points")
-    table = np.frombuffer(data, "<f4").reshape(-1, 4).astype(np.float64)
+    with np.errstate(invalid="ignore"):
+        table = np.frombuffer(data, "<f4").reshape(-1, 4).astype(np.float64)
     length, known = ranges_of(table[:, :3])
     if not (known & (length < _MAX_M)).mean() > _PLAUSIBLE_SHARE:
         raise ScanError(f"not a KITTI file: few points within {_MAX_M:.0f} m")

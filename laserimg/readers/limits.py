@@ -8,6 +8,7 @@ from laserimg.errors import ConfigError
 from laserimg.files import stem
 
 FOLDER_FILE = "laserimg.toml"
+_MAX_M = 1e6
 _KEYS = ("min_range", "max_range")
 
 
@@ -60,6 +61,8 @@ def _from_side_file(path: Path) -> dict[str, float]:
 
 
 def _metres(path: Path, key: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
-        raise ConfigError(f"{path}: {key} must be a number of metres, got {value!r}")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= _MAX_M:
+        raise ConfigError(
+            f"{path}: {key} must be a number of metres from 0 to {_MAX_M:.0f}, got {str(value)[:40]}"
+        )
     return float(value)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from laserimg.errors import LaserImgError, ScanError
 from laserimg.files import MAX_UNPACKED_BYTES, read_bytes
-from laserimg.projection import directions_from_angles
+from laserimg.projection import directions_from_angles, measured
 from laserimg.scan import Scan
 
 _OPTIONAL = ("reflectance", "filled", "world_from_scan")
@@ -34,9 +34,7 @@ def read_npz(path: Path) -> Iterator[Scan]:
         raise ScanError(f"has no key 'range', only {' '.join(sorted(arrays)) or 'nothing'}")
     optional: dict[str, Any] = {key: arrays[key] for key in _OPTIONAL if key in arrays}
     optional |= {key: arrays[key].item() for key in _SINGLE if key in arrays and arrays[key].size == 1}
-    range_m = np.array(arrays["range"], np.float32)
-    range_m[~np.isfinite(range_m)] = 0
-    yield Scan(range_m, _directions(arrays), **optional)
+    yield Scan(measured(arrays["range"]), _directions(arrays), **optional)
 
 
 def holds_range(path: Path) -> bool:
@@ -77,7 +75,10 @@ def _array(data: bytes) -> NDArray:
     }.get(version)
     if read_header is None:
         raise ValueError(f"array format {version} is not known")
-    shape, fortran, dtype = read_header(stream)
+    try:
+        shape, fortran, dtype = read_header(stream)
+    except Exception as error:  # numpy reads the header as Python and raises whatever that raises
+        raise ValueError("the header of an array is malformed") from error
     if dtype.kind not in "fiub":
         raise ValueError(f"an array holds {dtype}, not numbers")
     if min(shape, default=0) < 0 or math.prod(shape) * dtype.itemsize != len(data) - stream.tell():

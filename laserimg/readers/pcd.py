@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from laserimg.errors import ScanError
 from laserimg.files import read_bytes
@@ -45,14 +46,16 @@ def read_pcd(path: Path) -> Iterator[Scan]:
     cloud = _read_cloud(read_bytes(path))
     records, header = cloud.pc_data, cloud.metadata
     names = records.dtype.names
-    points = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
     intensity, ring = intensity_field(names), ring_field(names)
-    values = None if intensity is None else records[intensity].astype(np.float64)
+    # Bytes of a broken file may be no number at all.
+    with np.errstate(invalid="ignore"):
+        points = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
+        values = None if intensity is None else records[intensity].astype(np.float64)
+        beams = None if ring is None else records[ring].astype(np.intp)
     if header.height > 1:
         yield _organised(points, values, (header.height, header.width), header.viewpoint)
     else:
         pose = pose_from_quaternion(header.viewpoint[3:], header.viewpoint[:3])
-        beams = None if ring is None else records[ring].astype(np.intp)
         yield scan_from_points(_seen_from(pose, points), values, beams, world_from_scan=pose)
 
 
@@ -155,4 +158,7 @@ def _check_header(data: bytes) -> None:
 
 
 def _short(error: Exception) -> str:
+    if isinstance(error, ValidationError):
+        first = error.errors()[0]
+        return f"{first['loc'][0] if first['loc'] else 'header'}: {first['msg']}"
     return " ".join(str(error).split())[:120] or type(error).__name__

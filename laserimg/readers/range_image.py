@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.errors import ScanError
+from laserimg.errors import LaserImgError, ScanError
 from laserimg.files import read_bytes, stem
-from laserimg.projection import directions_from_angles
+from laserimg.projection import directions_from_angles, measured
 from laserimg.readers.limits import side_file
+from laserimg.readers.png import SIGNATURE, check_png
 from laserimg.readers.pose import rigid
 from laserimg.scan import MAX_PIXELS, Scan
 
@@ -37,13 +38,15 @@ def read_range_image(path: Path) -> Iterator[Scan]:
     ScanError
         If the side file is missing or lacks a key, or the image is not 16 bit or float, one channel.
     """
+    data = read_bytes(path)
     about = side_file(path)
     if about is None:
-        raise ScanError(f"needs {stem(path)}.json beside it: scale_m, kind, and angles or intrinsics")
+        raise ScanError(f"needs {stem(path)}.json beside it, a JSON object with kind, scale_m and the rays")
+    image = _decode(data)
     try:
-        scan = _scan_of(_decode(read_bytes(path)), about)
-    except (TypeError, ValueError) as error:
-        raise ScanError(f"{stem(path)}.json: {error}") from error
+        scan = _scan_of(image, about)
+    except (TypeError, ValueError, LaserImgError) as error:
+        raise ScanError(f"with {stem(path)}.json: {error}") from error
     yield scan
 
 
@@ -57,15 +60,14 @@ def _scan_of(image: NDArray, about: dict[str, Any]) -> Scan:
     kind = about.get("kind")
     if kind not in ("range", "depth"):
         raise ScanError(f'kind must be "range" or "depth", got {json.dumps(kind)[:40]}')
-    metres = image.astype(np.float64) * _number(about, "scale_m", 1.0) + _number(about, "offset_m", 0.0)
-    returned = np.isfinite(image) & (image > 0) & (metres > 0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        metres = image.astype(np.float64) * _number(about, "scale_m", 1.0) + _number(about, "offset_m", 0.0)
     directions = _directions(about, image.shape)
     # A depth counts along x, the axis of view; a range along the ray.
-    length = metres / directions[..., 0] if kind == "depth" else metres
+    length = metres / directions[..., 0].astype(np.float64) if kind == "depth" else metres
     if kind == "depth" and float(directions[..., 0].min()) <= 0:
         raise ScanError("depth needs every ray to point forward")
-    with np.errstate(over="ignore", invalid="ignore"):
-        range_m = np.where(returned, length, 0).astype(np.float32)
+    range_m = np.where(image > 0, measured(length), np.float32(0))
     optional: dict[str, Any] = (
         {"world_from_scan": rigid(about["world_from_scan"])} if "world_from_scan" in about else {}
     )
@@ -106,13 +108,19 @@ def _number(about: dict[str, Any], key: str, default: float | None = None) -> fl
 def _decode(data: bytes) -> NDArray:
     import cv2
 
-    pixels = _announced_pixels(data)
-    if pixels > min(MAX_PIXELS, len(data) * _MAX_PACKING):
-        raise ScanError(f"is cut off: the header says {pixels} pixels")
+    if data.startswith(SIGNATURE):
+        check_png(data)
+    elif _announced_pixels(data) > min(MAX_PIXELS, len(data) * _MAX_PACKING):
+        raise ScanError(f"is cut off: the header says {_announced_pixels(data)} pixels")
+    level = cv2.utils.logging.getLogLevel()
     try:
+        # OpenCV prints what it thinks of a broken image on stderr.
+        cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error as error:
         raise ScanError(f"not a readable image: {error.err}") from error
+    finally:
+        cv2.utils.logging.setLogLevel(level)
     if image is None:
         raise ScanError("not a readable image")
     if image.ndim != 2 or image.dtype not in (np.uint16, np.float32, np.float64):
@@ -121,10 +129,7 @@ def _decode(data: bytes) -> NDArray:
 
 
 def _announced_pixels(data: bytes) -> int:
-    """Width x height from the header of a PNG or TIFF file."""
-    if data[:8] == b"\x89PNG\r\n\x1a\n" and len(data) >= 24:
-        width, height = struct.unpack(">II", data[16:24])
-        return width * height
+    """Width x height from the header of a TIFF file."""
     order = {b"II*\0": "<", b"MM\0*": ">"}.get(data[:4])
     if order is None or len(data) < 8:
         raise ScanError("not a PNG or TIFF file")

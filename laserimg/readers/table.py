@@ -1,6 +1,7 @@
 """Numbers out of text, checked line by line."""
 
 import io
+import warnings
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,13 +27,19 @@ def read_table(
         If a line holds something else, or too few numbers.
     """
     try:
-        table = np.loadtxt(lines, ndmin=2, max_rows=rows, delimiter=delimiter, encoding="latin1")
+        with warnings.catch_warnings():
+            # "No data" is an error here, below.
+            warnings.simplefilter("ignore", UserWarning)
+            table = np.loadtxt(lines, ndmin=2, max_rows=rows, delimiter=delimiter, encoding="latin1")
     except (ValueError, UnicodeDecodeError) as error:
         raise ScanError(f"not a table of numbers: {_first_line(error)}") from error
+    if not table.size:
+        raise ScanError("holds no points")
     if rows is not None and len(table) < rows:
         raise ScanError(f"is cut off: {len(table)} of {rows} points")
     return table
 
 
 def _first_line(error: Exception) -> str:
-    return str(error).partition("\n")[0][:120]
+    # What follows the semicolon is advice for callers of numpy.
+    return str(error).partition("\n")[0].partition(";")[0][:120]

@@ -14,3 +14,8 @@ def main() -> None:
     except LaserImgError as error:
         print(f"laserimg: {error}", file=sys.stderr)
         sys.exit(1)
+    except OSError as error:
+        # A rule file that is missing, a folder that cannot be written, a full disk.
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"laserimg: {where}{error.strerror or error}", file=sys.stderr)
+        sys.exit(1)

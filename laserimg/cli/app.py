@@ -3,7 +3,7 @@
 import typer
 
 import laserimg
-from laserimg.cli import card, convert, detect, info, rules
+from laserimg.cli import card, convert, demo, detect, images, info, rules, show
 
 app = typer.Typer(
     name="laserimg",
@@ -30,8 +30,11 @@ def _options(
     pass
 
 
+app.command()(demo.demo)
 app.command()(detect.detect)
+app.command()(show.show)
 app.add_typer(rules.app)
 app.command()(card.card)
 app.command()(info.info)
 app.command()(convert.convert)
+app.command()(images.images)

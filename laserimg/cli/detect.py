@@ -54,10 +54,10 @@ def detect(
     """
     from laserimg.cli.progress import track
     from laserimg.cli.tables import print_findings
+    from laserimg.cli.usage import settings_of
     from laserimg.errors import LaserImgError
-    from laserimg.settings import Settings
 
-    settings = Settings(
+    settings = settings_of(
         rules=str(rules) if rules else None,
         cascades=cascades,
         image=image,
@@ -70,7 +70,7 @@ def detect(
         max_range=max_range,
         up=up,
         rotate=rotate,
-        rejected=rejected,  # type: ignore[arg-type]  # Settings checks it
+        rejected=rejected,
         overlays=overlays,
         split_seam=split_seam,
     )

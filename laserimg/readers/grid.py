@@ -44,8 +44,9 @@ def scan_from_grid(
     --------
     >>> grid = np.zeros((2, 3, 3))
     >>> grid[0, 0], grid[1, 2] = (2.0, -1.0, 0.0), (2.0, 1.0, 1.0)
-    >>> scan_from_grid(grid).range.round(3).tolist()
-    [[2.449, 0.0, 0.0], [0.0, 0.0, 2.236]]
+    >>> scan_from_grid(grid).range.round(3)
+    array([[2.449, 0.   , 0.   ],
+           [0.   , 0.   , 2.236]], dtype=float32)
     """
     points = np.asarray(xyz, np.float64)
     if points.ndim != 3 or min(points.shape) < 2:

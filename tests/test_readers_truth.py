@@ -1,7 +1,5 @@
 """Every format against the decoded truth of a real file."""
 
-import bz2
-
 import numpy as np
 import pytest
 
@@ -94,7 +92,7 @@ def test_staircase_keeps_every_return_and_finds_its_laser(data):
     # The file's origin lies on the floor; the laser, 0.16 m beside a tilt axis 0.34 m high, does not.
     np.testing.assert_allclose(scan.world_from_scan[:3, 3], [0.03, 0, 0.48], atol=0.01)
     world = scan.points()[scan.range > 0] + scan.world_from_scan[:3, 3]
-    written = np.loadtxt(bz2.open(data("staircase/scan.dat.bz2")))
+    written = np.loadtxt(data("staircase/scan.dat.bz2"))
     np.testing.assert_allclose(np.sort(world, axis=0), np.sort(written, axis=0), atol=1e-4)
 
 

@@ -10,8 +10,10 @@ IntArray = NDArray[np.intp]
 
 # Angles that lie on a lattice differ from it by less than this part of a step (rms).
 _SHARP = 0.15
-# Beams in a run: few enough that most runs miss none.
-_RUN = 14
+# A longer step, in median steps, jumped over a missing beam.
+_GAP = 1.5
+# Beams in a run, the longest first that occurs.
+_RUNS = (14, 7, 3, 1)
 # Nearer than this, in usual steps, two points are returns of one beam.
 _SAME_BEAM = 0.05
 
@@ -19,7 +21,7 @@ _SAME_BEAM = 0.05
 def usual_step(angles: FloatArray, line: IntArray) -> float:
     """Return the step from beam to beam along lines.
 
-    The median over runs of beams of their mean step, not the median step: a spinning scanner that
+    The mean over runs of beams that miss none, not the median step: a spinning scanner that
     measures its angle in coarse units gives six steps of two units and one of one.
 
     Parameters
@@ -32,13 +34,19 @@ def usual_step(angles: FloatArray, line: IntArray) -> float:
     ScanError
         If no two points of a line differ in angle.
     """
-    steps = np.abs(np.diff(angles))[np.diff(line) == 0]
-    moved = steps > _SAME_BEAM * np.median(steps[steps > 0]) if steps.any() else steps > 0
-    if not moved.any():
+    steps = np.abs(np.diff(angles))
+    steps = steps[(np.diff(line) == 0) & (steps > 0)]
+    if not len(steps):
         raise ScanError("the points of a line do not differ in angle")
-    position = np.r_[0, np.cumsum(steps[moved])]
-    run = min(_RUN, len(position) - 1)
-    return float(np.median(position[run:] - position[:-run])) / run
+    middle = float(np.median(steps))
+    steps = steps[steps > _SAME_BEAM * middle]
+    position = np.r_[0, np.cumsum(steps)]
+    gaps = np.r_[0, np.cumsum(steps > _GAP * middle)]
+    for run in _RUNS:
+        whole = gaps[run:] == gaps[:-run]
+        if whole.any():
+            return float((position[run:] - position[:-run])[whole].mean()) / run
+    return middle
 
 
 def lattice_index(angles: FloatArray, step: float) -> tuple[IntArray, bool]:
@@ -97,7 +105,9 @@ def cell_index(
     _, starts, counts = np.unique(line[order], return_index=True, return_counts=True)
     cells = max(round((high - low) / step), int(counts.max()))
     rank = np.arange(len(order)) - np.repeat(starts, counts)
-    wanted = (angles[order] - low) / (high - low) * cells - 0.5
+    wanted = (angles[order] - low) / (high - low) * cells
+    # Cells of a turn lie where most beams are; those of a fan cover it from edge to edge.
+    wanted -= float(np.angle(np.exp(2j * np.pi * wanted).sum())) / (2 * np.pi) if turn else 0.5
     # Strictly growing cells are never falling cells less rank; lines lie too far apart to touch.
     apart = np.repeat(np.arange(len(starts)) * 4.0 * cells, counts)
     steady = isotonic_regression(np.clip(wanted, -cells, 2 * cells) - rank + apart).x - apart

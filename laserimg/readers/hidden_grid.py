@@ -77,7 +77,7 @@ def recover(points: FloatArray, ring: NDArray[np.integer] | None = None) -> Hidd
     origin = laser_centre(seen, lines)
     fan = fan_places(_unit(seen - origin), lines)
     if fan is None:
-        ring = rings_of_elevation(directions)
+        ring = lines.of_point if lines.along_azimuth else rings_of_elevation(directions)
         return None if ring is None else _spinning(directions, ring, None, known)
     row, column = (fan.beam, fan.line) if fan.lines_are_columns else (fan.line, fan.beam)
     if int(row.max() + 1) * int(column.max() + 1) > _MAX_CELLS_PER_POINT * len(seen):

@@ -14,6 +14,7 @@ IntArray = NDArray[np.intp]
 _BACK = 0.25
 # With less than this share of forward steps the points stand in no scan order.
 _STEADY = 0.8
+_AZIMUTH = 2
 _MIN_LINES = 4
 _MIN_POINTS_PER_LINE = 4
 
@@ -26,12 +27,15 @@ class Lines:
     ----------
     starts, counts : (L,) arrays of int
         First point and number of points of every line.
+    along_azimuth : bool
+        Azimuth was the steadiest angle: the lines may be rings of a spinning beam.
     begin : float, optional
-        Every line is a full turn of a spinning beam that begins at this azimuth.
+        The lines are rings, full turns that begin at this azimuth.
     """
 
     starts: IntArray
     counts: IntArray
+    along_azimuth: bool = False
     begin: float | None = None
 
     @property
@@ -63,7 +67,7 @@ def split_lines(directions: FloatArray) -> Lines | None:
     azimuth, elevation = angles_from_directions(directions)
     begin, turns = _cut(azimuth, elevation)
     around = (azimuth - begin) % (2 * np.pi)
-    angles = [elevation, np.arcsin(np.clip(directions[:, 1], -1, 1)), around]
+    angles = [elevation, np.arcsin(np.clip(directions[:, 1], -1, 1)), around]  # the last is _AZIMUTH
     steadiness = [_steady_share(angle) for angle in angles]
     best = int(np.argmax(steadiness))
     if steadiness[best] < _STEADY:
@@ -72,7 +76,7 @@ def split_lines(directions: FloatArray) -> Lines | None:
     counts = np.diff(np.r_[starts, len(directions)])
     if len(starts) < _MIN_LINES or np.median(counts) < _MIN_POINTS_PER_LINE:
         return None
-    return Lines(starts, counts, begin if turns and best == 2 else None)
+    return Lines(starts, counts, best == _AZIMUTH, begin if turns and best == _AZIMUTH else None)
 
 
 def _cut(azimuth: FloatArray, elevation: FloatArray) -> tuple[float, bool]:

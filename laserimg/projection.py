@@ -162,9 +162,9 @@ def project(
 
     Examples
     --------
-    >>> grid = project([[4, 1, 0], [2, 0, 0], [3, 0, 0], [4, -1, 1]], pitch=0.2)
-    >>> grid.range.round(1).tolist()
-    [[0.0, 0.0, 4.2], [4.1, 2.0, 0.0]]
+    >>> grid = project([[4, 4, 0], [2, 0, 0], [3, 0, 0], [1, -1, 1]], pitch=0.8)
+    >>> grid.range.astype(float).round(2).tolist()
+    [[0.0, 0.0, 1.73], [5.66, 2.0, 0.0]]
     """
     array = np.asarray(points, np.float64)
     if array.ndim != 2 or array.shape[1] != 3:
@@ -206,7 +206,9 @@ def _axes(
     left, across = widest_arc(azimuth)
     across, wraps = max(across, _MIN_PITCH), across == _FULL_TURN
     if shape is None:
-        step = _bounded_pitch(estimate_pitch(directions) if pitch is None else pitch, across, high - low)
+        step = _bounded_pitch(estimate_pitch(directions), across, high - low) if pitch is None else pitch
+        if not step > 0:
+            raise ScanError(f"the pitch must be above 0 radians, got {step}")
         shape = round((high - low) / step) + 1, round(across / step) + (not wraps)
     rows, columns = (max(int(size), 2) for size in shape)
     if rows * columns > _MAX_CELLS:
@@ -233,8 +235,6 @@ def widest_arc(azimuth: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def _bounded_pitch(pitch: float, across: float, up: float) -> float:
-    if not pitch > 0:
-        raise ScanError(f"the pitch must be above 0 radians, got {pitch}")
     return float(np.clip(pitch, np.sqrt((across + pitch) * (up + pitch) / _MAX_CELLS), _MAX_PITCH))
 
 

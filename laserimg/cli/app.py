@@ -3,7 +3,7 @@
 import typer
 
 import laserimg
-from laserimg.cli import card, convert, demo, detect, images, info, rules, show
+from laserimg.cli import card, convert, demo, detect, evaluate, images, info, rules, show
 
 app = typer.Typer(
     name="laserimg",
@@ -33,6 +33,7 @@ def _options(
 app.command()(demo.demo)
 app.command()(detect.detect)
 app.command()(show.show)
+app.command()(evaluate.evaluate)
 app.add_typer(rules.app)
 app.command()(card.card)
 app.command()(info.info)

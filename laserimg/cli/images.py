@@ -1,5 +1,6 @@
 """``laserimg images``: the images of scans as PNG files."""
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -52,9 +53,11 @@ def images(
             files.update(dict.fromkeys(find_files([path])))
         except LaserImgError as error:
             errors.append(str(error))
+    # Two files may have the same name: what lies in folders stays in folders.
+    top = os.path.commonpath([file.absolute().parent for file in files]) if files else ""
     for file in track(files, len(files), "images", quiet):
         try:
-            written += _write_file(file, out / _folder(file, list(files)), names)
+            written += _write_file(file, out / file.absolute().parent.relative_to(top), names)
         except LaserImgError as error:
             errors.append(str(error))
     if written and not quiet:
@@ -63,13 +66,6 @@ def images(
         typer.echo(f"laserimg: {line}", err=True)
     if errors:
         raise typer.Exit(1)
-
-
-def _folder(file: Path, files: list[Path]) -> Path:
-    """Where the file lies below the common folder of all: two files may have the same name."""
-    from laserimg.batch import common_folder
-
-    return file.absolute().parent.relative_to(common_folder(files))
 
 
 def _write_file(file: Path, folder: Path, names: list[str] | None) -> int:

@@ -10,7 +10,7 @@ from laserimg.scan import BoolArray, Float32Array, Scan
 SURROUNDINGS_M = 0.45
 # The mean is smooth; it is taken once per cell, of which so many reach from the middle of a typical window to
 # its side.
-CELLS_PER_SIDE = 5
+CELLS_PER_SIDE = 8
 MAX_CELL_PIXELS = 8
 
 

@@ -68,7 +68,7 @@ class SquareGrid:
         _, across, up = sample_pitch(scan, np.ones(scan.shape, bool))
         pitch_across, pitch_up = np.median(across), np.median(up)
         finer, coarser = sorted([pitch_across, pitch_up])
-        pitch = finer if coarser <= MOST_MORE_PIXELS * finer else coarser
+        pitch = finer if round(coarser / finer, 2) <= MOST_MORE_PIXELS else coarser
         height = max(1, round(scan.shape[0] * enlarge * pitch_up / pitch))
         width = max(1, round(scan.shape[1] * enlarge * pitch_across / pitch))
         return cls(scan.shape, (height, width), pad if scan.wraps else 0, scan.wraps)

@@ -9,6 +9,8 @@ from laserimg.scan import BoolArray, Float32Array
 Image = NDArray[np.uint8]
 
 LOW, HIGH = 1.0, 99.0
+# Gray of an image in which all values are equal.
+MIDDLE = 128
 # Percentiles come from whole rows, about this many pixels: a turned scan keeps its gray values.
 SAMPLES = 100_000
 
@@ -29,10 +31,11 @@ def stretch(values: Float32Array, valid: BoolArray, limits: tuple[float, float] 
     [[1, 128, 255, 0]]
     """
     low, high = percentiles(values, valid) if limits is None else limits
-    scale = 254 / (high - low) if high > low else 0.0
-    offset = 1 - low * scale if scale else 128.0
-    # Below 1 would be black, and below 0 convertScaleAbs would mirror.
-    gray = cv2.convertScaleAbs(np.maximum(values, np.float32(low)), alpha=scale, beta=offset)
+    if not high > low:
+        return np.where(valid, np.uint8(MIDDLE), np.uint8(0))
+    # Less than low is gray 1 too: 0 means not valid.
+    above = np.maximum(values - np.float32(low), np.float32(0))
+    gray = cv2.convertScaleAbs(above, alpha=254 / (high - low), beta=1)
     return blacken(np.asarray(gray, np.uint8), valid)
 
 

@@ -21,6 +21,8 @@ ON_PLANE = 4.0
 # Length of the mean of 3 x 3 unit normals that are one surface, flat or curved: two halves 16
 # degrees apart, or one of nine 26 degrees off.
 SAME_SURFACE = 0.99
+# Normals of neighbouring cells further apart than 40 degrees make a crease.
+CREASE = np.cos(np.radians(40.0))
 
 
 def normals_of_pixels(
@@ -83,14 +85,15 @@ class _Mosaic:
     planes : (3, h + 2, w + 2) array of float32
     agree : (h, w) array of uint8
         1 where the planes of the 3 x 3 cells around are one surface.
-    beyond : eight ((h + 2) * (w + 2),) arrays of bool
-        At the middle of the neighbour, its plane has the larger inverse range of the two.
+    nearer : eight ((h + 2) * (w + 2),) arrays of int8
+        For each neighbour whose plane meets the cell's in a crease, whether at its middle its own
+        plane has the larger inverse range, 1 or 0; -1 without a crease.
     """
 
     cells: Cells
     planes: Float32Array
     agree: np.ndarray
-    beyond: list[BoolArray]
+    nearer: list[np.ndarray]
 
     @classmethod
     def of(cls, cells: Cells, planes: Float32Array) -> Self:
@@ -100,8 +103,8 @@ class _Mosaic:
         means = np.stack([cv2.blur(part, (3, 3))[1:-1, 1:-1] for part in normals])
         agree = (means * means).sum(axis=0) >= SAME_SURFACE**2
         middles = np.stack([pad_cells(part, cells.wraps) for part in cells.directions])
-        beyond = [_larger_at(padded, middles, _offset(padded, side)) for side in NEIGHBOURS]
-        return cls(cells, padded, agree.view(np.uint8), beyond)
+        nearer = [_nearer_there(padded, normals, middles, _offset(padded, side)) for side in NEIGHBOURS]
+        return cls(cells, padded, agree.view(np.uint8), nearer)
 
     def blend(self, block: slice, shape: tuple[int, int]) -> list[Float32Array]:
         """Interpolate between the planes of cells, for a block of rows of pixels."""
@@ -128,8 +131,8 @@ class _Mosaic:
     ) -> Float32Array:
         """Return the plane that each of n returns lies on, (3, n); 0 if it lies on none.
 
-        It is the plane of its cell, unless the return is beyond the line where that plane meets a
-        neighbour's: the two planes tell where that is, without the noise of the return. A return
+        It is the plane of its cell, unless the return is beyond the crease where that plane meets
+        a neighbour's: the two planes tell where that is, without the noise of the return. A return
         off the plane of its cell takes the one that passes nearest.
         """
         flat = self.planes.reshape(3, -1)
@@ -137,10 +140,10 @@ class _Mosaic:
         own, miss = _inverse_range_and_miss(flat.take(home, axis=1), directions, inverse_range, noise)
         off = miss > ON_PLANE
         chosen, best = np.where(off, 0, home), np.full(len(home), ON_PLANE, np.float32)
-        for side, beyond in zip(NEIGHBOURS, self.beyond, strict=True):
+        for side, nearer in zip(NEIGHBOURS, self.nearer, strict=True):
             cell = home + _offset(self.planes, side)
             other, miss = _inverse_range_and_miss(flat.take(cell, axis=1), directions, inverse_range, noise)
-            takes = (((other > own) == beyond.take(home)) | off) & (miss < best)
+            takes = (((other > own) == nearer.take(home)) | off) & (miss < best)
             chosen, best = np.where(takes, cell, chosen), np.where(takes, miss, best)
         return flat.take(chosen, axis=1) * (chosen > 0)
 
@@ -150,10 +153,14 @@ def _offset(padded: Float32Array, side: tuple[int, int]) -> int:
     return side[0] * padded.shape[2] + side[1]
 
 
-def _larger_at(padded: Float32Array, middles: Float32Array, offset: int) -> BoolArray:
-    """Whether, `offset` cells on, the plane there has a larger inverse range than the one here."""
-    there = np.roll(padded.reshape(3, -1), -offset, axis=1) - padded.reshape(3, -1)
-    return (there * np.roll(middles.reshape(3, -1), -offset, axis=1)).sum(axis=0) > 0
+def _nearer_there(
+    planes: Float32Array, normals: Float32Array, middles: Float32Array, offset: int
+) -> np.ndarray:
+    """Whether the plane `offset` cells on is there the nearer, 1 or 0; -1 if the two make no crease."""
+    planes, normals, middles = (part.reshape(3, -1) for part in (planes, normals, middles))
+    nearer = ((np.roll(planes, -offset, axis=1) - planes) * np.roll(middles, -offset, axis=1)).sum(axis=0) > 0
+    crease = (np.roll(normals, -offset, axis=1) * normals).sum(axis=0) < CREASE
+    return np.where(crease, nearer, np.int8(-1)).astype(np.int8)
 
 
 def _inverse_range_and_miss(

@@ -21,6 +21,8 @@ SENSOR_SLACK = 1.3
 # ... and its square by this many standard deviations of what chance adds to few cells.
 CHANCE = 1.5
 FEWEST_CELLS = 6
+# Planes seen at a larger incidence, by its 1 / cosine, are fits to a line: 89.9 degrees.
+STEEPEST = 500.0
 BLOCK_CELLS = 1 << 15
 # A plane passes through a cell when it misses the mean of its returns by this many standard errors.
 NEAR = 3.0
@@ -88,11 +90,14 @@ class _Search:
         matrix, right = products[:6], products[6:]
         a, b, c = fits = solve_symmetric(matrix, right)
         freedom = np.maximum(count - 3, 1)
-        residual = (square - a * right[0] - b * right[1] - c * right[2]) / freedom
         returns = np.maximum(matrix[0] + matrix[3] + matrix[5], 1e-12)
-        variance = self._noise.variance(np.sqrt(square / returns), a * a + b * b + c * c)
-        limit = variance * SENSOR_SLACK**2 * (1 + CHANCE * np.sqrt(2 / freedom))
-        return np.where((residual <= limit) & (count >= FEWEST_CELLS), fits, 0)
+        with np.errstate(over="ignore", invalid="ignore"):
+            residual = (square - a * right[0] - b * right[1] - c * right[2]) / freedom
+            mean_square, steepness = square / returns, a * a + b * b + c * c
+            variance = self._noise.variance(np.sqrt(mean_square), steepness)
+            limit = variance * SENSOR_SLACK**2 * (1 + CHANCE * np.sqrt(2 / freedom))
+            clean = (residual <= limit) & (steepness <= STEEPEST**2 * mean_square) & (count >= FEWEST_CELLS)
+        return np.where(clean, fits, 0)
 
     def borrow(
         self, planes: Float32Array, at: tuple[Indices, Indices], half_height: Indices, half_width: Indices

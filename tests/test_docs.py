@@ -26,7 +26,7 @@ MODULES = [module.name for module in pkgutil.walk_packages(package.__path__, "la
 CASCADE = """<opencv_storage><cascade><stageType>BOOST</stageType><featureType>HAAR</featureType>
 <height>18</height><width>14</width><featureParams><maxCatCount>0</maxCatCount></featureParams>
 <stages><_><stageThreshold>-0.5</stageThreshold><weakClassifiers><_>
-<internalNodes>0 -1 0 0.02</internalNodes><leafValues>-1. 1.</leafValues></_></weakClassifiers></_></stages>
+<internalNodes>0 -1 0 0.5</internalNodes><leafValues>-1. 1.</leafValues></_></weakClassifiers></_></stages>
 <features><_><rects><_>0 0 14 18 -1.</_><_>0 0 14 9 2.</_></rects><tilted>0</tilted></_></features>
 </cascade></opencv_storage>
 """

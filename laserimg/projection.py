@@ -172,7 +172,7 @@ def project(
     array = array - np.asarray(origin, np.float64)
     length, known = ranges_of(array)
     if not known.any():
-        raise ScanError("no point is a return")
+        raise ScanError("no point is a return: none lies from 1 mm to 100 km from the scanner")
     directions, length = array[known] / length[known, None], length[known]
     azimuth, elevation, wraps = _axes(directions, shape, pitch)
     row = _nearest_cell(elevation, np.arcsin(np.clip(directions[:, 2], -1, 1)))

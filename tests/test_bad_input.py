@@ -53,10 +53,17 @@ def make_organised_pcd(folder):
 
 
 def make_compressed_pcd(folder):
-    from pypcd4.pypcd4 import Encoding, PointCloud
-
-    cloud = PointCloud.from_xyz_points(columns_of_points(grid()).astype(np.float32))
-    cloud.save(folder / "a.pcd", encoding=Encoding.BINARY_COMPRESSED)
+    points = columns_of_points(grid()).astype("<f4")
+    plain = points.T.tobytes()
+    # LZF without any back reference: runs of up to 32 bytes as they are.
+    runs = [plain[k : k + 32] for k in range(0, len(plain), 32)]
+    packed = b"".join(bytes([len(run) - 1]) + run for run in runs)
+    header = (
+        f"VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {len(points)}\nHEIGHT 1\n"
+        f"VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(points)}\nDATA binary_compressed\n"
+    )
+    sizes = len(packed).to_bytes(4, "little") + len(plain).to_bytes(4, "little")
+    (folder / "a.pcd").write_bytes(header.encode() + sizes + packed)
     return folder / "a.pcd"
 
 
@@ -335,6 +342,28 @@ def test_a_header_of_1e9_points_is_refused_before_anything_is_allocated(make, tm
     tracemalloc.stop()
     assert "cut off" in line or "does not fit" in line or "announced" in line, line
     assert peak < 50e6
+
+
+def test_a_compressed_pcd_cannot_ask_for_more_than_its_bytes_can_hold(tmp_path):
+    path = make_compressed_pcd(tmp_path)
+    huge_header(make_compressed_pcd, path)
+    points = 3 * 10**8
+    data = path.read_bytes().replace(b"1000000000", str(points).encode())
+    start = data.index(b"DATA binary_compressed\n") + 23
+    path.write_bytes(data[: start + 4] + (12 * points).to_bytes(4, "little") + data[start + 8 :])
+    assert "the header says 300000000 points" in error_of(path)
+
+
+@pytest.mark.parametrize("at", [0.4, 0.6, 0.8])
+@pytest.mark.parametrize("make", [make_png, make_tiff])
+def test_decoders_print_nothing(make, at, tmp_path, capfd):
+    path = make(tmp_path)
+    data = path.read_bytes()
+    reads_or_refuses(path)
+    for broken in (data[: int(at * len(data))], mutated(data, [("set", at, b"\xff" * 8)])):
+        path.write_bytes(broken)
+        reads_or_refuses(path)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_an_e57_that_announces_more_points_than_bytes_is_refused(tmp_path):

@@ -107,6 +107,15 @@ def test_a_png_of_rays_off_the_grid_is_refused_and_nothing_is_left(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_ptx_begins_at_the_lower_left_and_goes_up(tmp_path):
+    scan = Scan(np.full((3, 12), 2, np.float32), rays("panorama", 3, 12))
+    write_scans([scan], tmp_path / "a.ptx")
+    written = np.loadtxt(tmp_path / "a.ptx", skiprows=10)
+    np.testing.assert_allclose(written[0, :3], scan.points()[2, 0], atol=1e-5)
+    np.testing.assert_allclose(written[2, :3], scan.points()[0, 0], atol=1e-5)
+    np.testing.assert_allclose(written[3, :3], scan.points()[2, 1], atol=1e-5)
+
+
 def test_ptx_holds_several_scans_and_other_formats_number_their_files(tmp_path):
     first = Scan(np.ones((3, 12), np.float32), rays("turn", 3, 12), wraps=True)
     second = Scan(np.full((4, 13), 2, np.float32), rays("panorama", 4, 13))

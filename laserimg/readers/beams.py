@@ -12,17 +12,15 @@ IntArray = NDArray[np.intp]
 _SHARP = 0.15
 # A longer step, in median steps, jumped over a missing beam.
 _GAP = 1.5
-# Beams in a run, the longest first that occurs.
-_RUNS = (14, 7, 3, 1)
 # Nearer than this, in usual steps, two points are returns of one beam.
 _SAME_BEAM = 0.05
 
 
 def usual_step(angles: FloatArray, line: IntArray) -> float:
-    """Return the step from beam to beam along lines.
+    """Return the mean step from beam to beam along lines, where no beam is missing.
 
-    The mean over runs of beams that miss none, not the median step: a spinning scanner that
-    measures its angle in coarse units gives six steps of two units and one of one.
+    The mean, not the median: a spinning scanner that measures its angle in coarse units gives six
+    steps of two units and one of one.
 
     Parameters
     ----------
@@ -38,15 +36,8 @@ def usual_step(angles: FloatArray, line: IntArray) -> float:
     steps = steps[(np.diff(line) == 0) & (steps > 0)]
     if not len(steps):
         raise ScanError("the points of a line do not differ in angle")
-    middle = float(np.median(steps))
-    steps = steps[steps > _SAME_BEAM * middle]
-    position = np.r_[0, np.cumsum(steps)]
-    gaps = np.r_[0, np.cumsum(steps > _GAP * middle)]
-    for run in _RUNS:
-        whole = gaps[run:] == gaps[:-run]
-        if whole.any():
-            return float((position[run:] - position[:-run])[whole].mean()) / run
-    return middle
+    in_medians = steps / np.median(steps)
+    return float(steps[(in_medians > _SAME_BEAM) & (in_medians < _GAP)].mean())
 
 
 def lattice_index(angles: FloatArray, step: float) -> tuple[IntArray, bool]:

@@ -18,8 +18,11 @@ _SAME_LINE_PART = 0.25
 _FLAT = 0.5
 # Planes that miss the origin by less, in metres, pass through it.
 _MISS_M = 0.02
-# A plane is certain when its points spread over this part of their length to the side.
+# A plane is certain when its points spread over this part of their length to the side, and lie in
+# it; the centre is sought only if most planes are.
 _SPREAD = 0.02
+_OFF_PLANE_M = 0.005
+_MOST = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,15 +59,16 @@ def laser_centre(points: FloatArray, lines: Lines) -> FloatArray:
     mean = lines.sums(points) / lines.counts[:, None]
     centred = points - mean[lines.of_point]
     spread, vectors = np.linalg.eigh(lines.sums(centred[:, :, None] * centred[:, None, :]))
-    certain = spread[:, 1] > _SPREAD**2 * spread[:, 2]
+    flat = spread[:, 0] < lines.counts * _OFF_PLANE_M**2
+    certain = flat & (spread[:, 1] > _SPREAD**2 * spread[:, 2])
     normals = _one_sided(vectors[certain, :, 0], mean[certain])
     distance = np.einsum("lk,lk->l", normals, mean[certain])
-    miss = float(np.median(np.abs(distance))) if certain.sum() >= 4 else 0.0
+    miss = float(np.median(np.abs(distance))) if certain.mean() > _MOST else 0.0
     if miss < _MISS_M:
         return np.zeros(3)
     unknowns = np.c_[normals, np.ones(len(normals))]
     solution = np.linalg.lstsq(unknowns, distance, rcond=_SPREAD)[0]
-    if float(np.abs(unknowns @ solution - distance).max()) > _MISS_M:
+    if float(np.percentile(np.abs(unknowns @ solution - distance), 95)) > _MISS_M:
         return np.zeros(3)
     return solution[:3] + solution[3] * normals.mean(axis=0)
 

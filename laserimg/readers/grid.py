@@ -53,7 +53,7 @@ def scan_from_grid(
         raise ScanError(f"a scan needs at least 2 rows and 2 columns, got {points.shape[:2]}")
     length, known = ranges_of(points)
     if not known.any():
-        raise ScanError("no ray has a return")
+        raise ScanError("no ray has a return: no point lies from 1 mm to 100 km from the scanner")
     directions = np.divide(points, length[..., None], out=np.zeros(points.shape), where=known[..., None])
     aim = complete_directions(directions, known)
     kept = known if returned is None else known & returned

@@ -43,7 +43,14 @@ def ring_places(
     column, own = np.empty(len(ring), np.intp), np.empty(len(ring), bool)
     step = usual_step(along, row[order])
     column[order], own[order] = cell_index(along, row[order], step, turns)
-    return row, column, own, turns
+    return row, _without_lone_gaps(column), own, turns
+
+
+def _without_lone_gaps(column: IntArray) -> IntArray:
+    """Close single columns in which no ring has a point: no beam was fired there."""
+    used = np.bincount(column) > 0
+    lone = ~used & np.roll(used, 1) & np.roll(used, -1)
+    return (np.cumsum(~lone) - 1)[column]
 
 
 def _unrolled(azimuth: FloatArray, row: IntArray) -> FloatArray:

@@ -20,6 +20,7 @@ from laserimg.readers.table import read_table
 from laserimg.scan import Scan
 
 _HEADER = re.compile(rb"\s*#?\s*\d+\s+x\s+\d+\s*\n")
+_COLUMNS = (3, 4, 6)
 _NO_RETURN_CM = (3275.85, 3276.75)
 _METRES_FROM_CM = 0.01
 # x forward, y left, z up from x right, y up, z forward.
@@ -32,14 +33,16 @@ def read_uos(path: Path) -> Iterator[Scan]:
     Raises
     ------
     ScanError
-        If a line is not ``x y z [reflectance]``, or the pose is malformed.
+        If a line is not ``x y z``, with reflectance or colour, or the pose is malformed.
     """
     lines = io.BytesIO(read_bytes(path))
     first = _HEADER.match(lines.getbuffer()[:200].tobytes())
     lines.seek(first.end() if first else 0)
     table = read_table(lines)
-    if table.shape[1] not in (3, 4):
-        raise ScanError(f"a uos point has 3 or 4 numbers, got {table.shape[1]}")
+    if table.shape[1] not in _COLUMNS:
+        raise ScanError(
+            f"a uos point has 3 numbers, 4 with reflectance or 6 with colour, got {table.shape[1]}"
+        )
     length_cm = np.linalg.norm(table[:, :3], axis=1)
     returned = (length_cm < _NO_RETURN_CM[0]) | (length_cm > _NO_RETURN_CM[1])
     yield scan_from_points(

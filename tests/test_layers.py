@@ -12,7 +12,7 @@ LAYERS = [
     ["images", "formats", "readers"],
     ["lattice", "regions", "mixed_pixels", "clusters", "measure", "surfaces", "ground", "cellular"],
     ["descriptors", "evidence", "matching"],
-    ["cascade", "detectors", "classify"],
+    ["samples", "cascade", "detectors", "classify"],
     ["rules", "sources"],
     ["evaluate", "pipeline", "semantic_map", "simulate", "draw"],
     ["settings", "records", "build", "batch", "report", "recipes", "labels", "sensors"],

@@ -1,0 +1,153 @@
+"""A training run in a folder: cascade.xml, its card, log.jsonl, report.html, and the state to go on from."""
+
+import json
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from laserimg.cascade.checkpoint import Checkpoints, StageRecord, StageState
+from laserimg.cascade.mining import Miner
+from laserimg.cascade.model import Cascade
+from laserimg.cascade.rates import Rate
+from laserimg.cascade.stage import Progress
+from laserimg.cascade.training import Plan, Trained, Watcher, train_cascade
+from laserimg.cascade.writer import write_cascade
+from laserimg.files import write_text
+from laserimg.samples.backgrounds import Backgrounds
+from laserimg.samples.labelled import LabelledImage
+
+# Of the memory allowed, what images kept in memory and the tables of the search may take; the rest is
+# the interpreter, the samples and what is passed on.
+_IMAGES_SHARE, _TABLES_SHARE = 1 / 8, 1 / 4
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Everything that a run needs.
+
+    Attributes
+    ----------
+    plan : Plan
+    positives : (n, height, width) uint8
+    backgrounds : tuple of LabelledImage
+    folder : Path
+    jobs : int
+        Threads.
+    memory : int
+        Bytes.
+    scale_step : float
+        Of the pyramid that negatives are looked for in.
+    """
+
+    plan: Plan
+    positives: NDArray[np.uint8]
+    backgrounds: tuple[LabelledImage, ...]
+    folder: Path
+    jobs: int
+    memory: int = 2 << 30
+    scale_step: float = 1.2
+
+    @property
+    def cascade(self) -> Path:
+        """The XML file."""
+        return self.folder / "cascade.xml"
+
+
+def tables_share(memory: int) -> int:
+    """Return the bytes that the tables of the search may take."""
+    return int(memory * _TABLES_SHARE)
+
+
+def run_in_folder(run: Run, watcher: Watcher, restart: bool = False) -> Trained:
+    """Train into a folder, going on from its state; after each stage its files are whole and valid.
+
+    Raises
+    ------
+    ConfigError
+        If the folder holds the state of another run and `restart` is not set.
+    """
+    checkpoints = Checkpoints(run.folder / "state", _identity(run))
+    done = [] if restart else checkpoints.load()[: run.plan.stages]
+    if not done:
+        checkpoints.begin()
+    keeper = _Keeper(run, checkpoints, [state.record for state in done], watcher)
+    with one_cv2_thread(), ThreadPoolExecutor(run.jobs) as threads:
+        jobs = threads if run.jobs > 1 else None
+        miner = _miner(run, jobs)
+        trained = train_cascade(run.plan, run.positives, miner, jobs, done, keeper)
+    keeper.finish(trained)
+    return trained
+
+
+@contextmanager
+def one_cv2_thread() -> Iterator[None]:
+    """Let OpenCV use one thread a call: the calls run in threads of ours."""
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(before)
+
+
+def _miner(run: Run, jobs: ThreadPoolExecutor | None) -> Miner:
+    pool = run.plan.pool
+    images = Backgrounds(run.backgrounds, int(run.memory * _IMAGES_SHARE))
+    return Miner(images, (pool.width, pool.height), run.plan.seed, run.scale_step, pool.mode == "lbp", jobs)
+
+
+def _identity(run: Run) -> dict:
+    plan = asdict(run.plan)
+    # More stages, or a lower target, go on with what is there.
+    del plan["stages"], plan["target"]
+    names = "\n".join(f"{image.path.resolve()} {image.boxes.tolist()}" for image in run.backgrounds)
+    return {
+        "format": 1,
+        **plan,
+        "scale_step": run.scale_step,
+        "positives": sha256(run.positives.tobytes()).hexdigest(),
+        "backgrounds": sha256(names.encode()).hexdigest(),
+    }
+
+
+class _Keeper(Watcher):
+    """Writes the files of the folder after each stage, and passes on what it is told."""
+
+    def __init__(
+        self, run: Run, checkpoints: Checkpoints, records: Sequence[StageRecord], watcher: Watcher
+    ) -> None:
+        self._run, self._checkpoints, self._watcher = run, checkpoints, watcher
+        self._records = list(records)
+
+    def mining(self, stage: int, found: int, wanted: int, rate: Rate) -> None:
+        self._watcher.mining(stage, found, wanted, rate)
+
+    def tree(self, stage: int, progress: Progress) -> None:
+        self._watcher.tree(stage, progress)
+
+    def stage(self, cascade: Cascade, state: StageState) -> None:
+        self._checkpoints.save(state)
+        self._records.append(state.record)
+        write_cascade(self._run.cascade, cascade, self._run.plan.goal)
+        self._log()
+        self._watcher.stage(cascade, state)
+
+    def finish(self, trained: Trained) -> None:
+        if len(trained.cascade):
+            # Also when nothing was left to train: the folder may have lost a file.
+            write_cascade(self._run.cascade, trained.cascade, self._run.plan.goal)
+        end = {"event": "end", "reason": trained.end, "rate": asdict(trained.rate) if trained.rate else None}
+        self._log(end)
+
+    def _log(self, *ends: dict) -> None:
+        lines = [{"event": "stage", **asdict(record), "rate": record.rate} for record in self._records]
+        write_text(
+            self._run.folder / "log.jsonl", "".join(f"{json.dumps(line)}\n" for line in [*lines, *ends])
+        )

@@ -1,0 +1,1 @@
+"""Where positives and negatives for training come from."""

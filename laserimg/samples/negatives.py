@@ -1,0 +1,66 @@
+"""Images to take negatives from, by folder, list or labels."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from laserimg.errors import LabelError
+from laserimg.samples.images import image_files, read_grey
+from laserimg.samples.labelled import LabelledImage
+from laserimg.samples.labels import read_labels, text_lines
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Negatives:
+    """Images, and what was left out with the reason, one line each."""
+
+    images: tuple[LabelledImage, ...]
+    skipped: tuple[str, ...] = ()
+
+
+def read_negatives(path: Path) -> Negatives:
+    """Return the images of a folder, of a list with one name a line, or of a file of labels.
+
+    Names in a list are relative to the list, as in opencv_traincascade; negatives from labelled images keep
+    outside all boxes, whatever their class. Files that do not exist are left out and named.
+
+    Raises
+    ------
+    LabelError
+        If there is no image.
+    """
+    if path.is_dir():
+        images = [LabelledImage(file, source=str(file)) for file in image_files(path)]
+    elif path.suffix.lower() == ".txt" and not _is_info(path):
+        lines = list(text_lines(path))
+        images = [
+            LabelledImage(path.parent / line, source=f"{path}, line {number}") for number, line in lines
+        ]
+    else:
+        images = read_labels(path)
+    there = tuple(image for image in images if image.path.is_file())
+    if not there:
+        raise LabelError(f"{path}: no images" + (f"; {images[0].path} does not exist" if images else ""))
+    gone = (f"{image.source}: {image.path} does not exist" for image in images if not image.path.is_file())
+    return Negatives(there, tuple(gone))
+
+
+def unusable(images: Sequence[LabelledImage], window: tuple[int, int]) -> list[str]:
+    """Return a line for each image that cannot be read or is smaller than the window."""
+    lines = []
+    for image in images:
+        pixels = read_grey(image.path)
+        if pixels is None:
+            lines.append(f"{image.source or image.path}: {image.path.name} cannot be read as an image")
+        elif pixels.shape[0] < window[1] or pixels.shape[1] < window[0]:
+            size = f"{pixels.shape[1]}x{pixels.shape[0]}"
+            lines.append(f"{image.source or image.path}: {size} is smaller than the window")
+    return lines
+
+
+def _is_info(path: Path) -> bool:
+    first = next(iter(text_lines(path)), None)
+    if first is None or (path.parent / first[1]).exists():
+        return False
+    words = first[1].split()
+    return any(word.isdigit() and len(words) - i - 1 == 4 * int(word) for i, word in enumerate(words) if i)

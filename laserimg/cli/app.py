@@ -3,7 +3,7 @@
 import typer
 
 import laserimg
-from laserimg.cli import card, convert, demo, detect, evaluate, images, info, rules, show
+from laserimg.cli import card, convert, demo, detect, evaluate, images, info, rules, show, train
 
 app = typer.Typer(
     name="laserimg",
@@ -39,3 +39,4 @@ app.command()(card.card)
 app.command()(info.info)
 app.command()(convert.convert)
 app.command()(images.images)
+app.add_typer(train.app)

@@ -22,13 +22,15 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
 MODULES = [module.name for module in pkgutil.walk_packages(package.__path__, "laserimg.")]
 
-# A cascade of one stump: the upper half is brighter than the lower.
-CASCADE = """<opencv_storage><cascade><stageType>BOOST</stageType><featureType>HAAR</featureType>
+# A cascade that hardly ever fires: one stump, twice; two quarters across are brighter than the others.
+STAGE = """<_><stageThreshold>-0.5</stageThreshold><weakClassifiers><_>
+<internalNodes>0 -1 0 0.7</internalNodes><leafValues>-1. 1.</leafValues></_></weakClassifiers></_>"""
+CASCADE = f"""<?xml version="1.0"?>
+<opencv_storage><cascade><stageType>BOOST</stageType><featureType>HAAR</featureType>
 <height>18</height><width>14</width><featureParams><maxCatCount>0</maxCatCount></featureParams>
-<stages><_><stageThreshold>-0.5</stageThreshold><weakClassifiers><_>
-<internalNodes>0 -1 0 0.5</internalNodes><leafValues>-1. 1.</leafValues></_></weakClassifiers></_></stages>
-<features><_><rects><_>0 0 14 18 -1.</_><_>0 0 14 9 2.</_></rects><tilted>0</tilted></_></features>
-</cascade></opencv_storage>
+<stages>{STAGE}{STAGE}</stages>
+<features><_><rects><_>0 0 14 18 -1.</_><_>0 0 7 9 2.</_><_>7 9 7 9 2.</_></rects>
+<tilted>0</tilted></_></features></cascade></opencv_storage>
 """
 
 

@@ -103,10 +103,10 @@ def save(data: bytes, folder: Path, name: str = "cascade.xml") -> Path:
 @pytest.mark.parametrize(
     ("name", "info"),
     [
-        ("stumps", CascadeInfo("haar", (12, 10), 2, 3, 3)),
-        ("trees", CascadeInfo("haar", (12, 10), 1, 1, 3)),
-        ("lbp", CascadeInfo("lbp", (12, 10), 1, 2, 2)),
-        ("old", CascadeInfo("haar", (12, 10), 1, 2, 3)),
+        ("stumps", CascadeInfo("haar", (12, 10), 2, 3, 3, -1.0)),
+        ("trees", CascadeInfo("haar", (12, 10), 1, 1, 3, -0.5)),
+        ("lbp", CascadeInfo("lbp", (12, 10), 1, 2, 2, -0.5)),
+        ("old", CascadeInfo("haar", (12, 10), 1, 2, 3, -0.5)),
     ],
 )
 def test_cascades_by_hand_detect_as_opencv_reads_the_file_itself(name, info, tmp_path):

@@ -56,6 +56,8 @@ class CascadeInfo:
         Width and height of the window in pixels.
     stages, weak_count, features : int
         Numbers of stages, of weak classifiers in all stages, and of features.
+    last_threshold : float
+        What the sum of the last stage must reach.
     """
 
     kind: Kind
@@ -63,6 +65,7 @@ class CascadeInfo:
     stages: int
     weak_count: int
     features: int
+    last_threshold: float
 
 
 def read_cascade_info(path: Path) -> CascadeInfo:
@@ -129,7 +132,8 @@ def check_cascade(data: bytes) -> tuple[CascadeInfo, str]:
     _write_head(clean, kind, window, len(stages))
     weak_count = _copy_stages(clean, stages, kind, len(features))
     _copy_features(clean, features, kind, window)
-    info = CascadeInfo(kind, window, len(stages), weak_count, len(features))
+    last_threshold = number(stages[-1], "stageThreshold")
+    info = CascadeInfo(kind, window, len(stages), weak_count, len(features), last_threshold)
     storage = Element("opencv_storage")
     storage.append(clean)
     return info, '<?xml version="1.0"?>\n' + tostring(storage, encoding="unicode")

@@ -61,7 +61,7 @@ def load_model(path: Path, image: str | None = None, label: str | None = None) -
     info = read_cascade_info(path)
     card = card or _made_up_card(path, info, image, label)
     _check_fit(card_path(path), card, info.kind, info.window)
-    return CascadeModel(path.stem, card, load_cascade(path))
+    return CascadeModel(path.stem, card, load_cascade(path), info.last_threshold)
 
 
 def _check_fit(path: Path, card: Card, kind: str, window: tuple[int, ...]) -> None:

@@ -1,7 +1,7 @@
 """What cascades and HOG detectors have in common: a window, an image, and a class it finds."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +18,17 @@ class Hits:
     ----------
     corners : (n, 2) array of float64
         Column and row of the upper left corner.
-    scores : (n,) array of float64
+    margins : (n,) array of float64
+        By how much the classifier's sum exceeds what it takes to be a hit: 0 and more.
     """
 
     corners: NDArray[np.float64]
-    scores: NDArray[np.float64]
+    margins: NDArray[np.float64]
+
+    @classmethod
+    def none(cls) -> Self:
+        """Return no hits."""
+        return cls(np.empty((0, 2)), np.empty(0))
 
 
 class WindowModel(Protocol):
@@ -36,6 +42,11 @@ class WindowModel(Protocol):
     @property
     def card(self) -> Card:
         """What it was trained on and for."""
+        ...
+
+    @property
+    def min_neighbours(self) -> int:
+        """Least number of overlapping hits that make a candidate."""
         ...
 
     def hits(self, image: Image) -> Hits:

@@ -46,7 +46,7 @@ def holds_range(path: Path) -> bool:
     return "range" in keys and bool(keys & {"directions", "azimuth_deg"})
 
 
-def load_arrays(data: bytes) -> dict[str, NDArray]:
+def load_arrays(data: bytes, limit: int = MAX_UNPACKED_BYTES) -> dict[str, NDArray]:
     """Return the arrays of an NPZ file; nothing is allocated that the file does not hold.
 
     `numpy.load` makes room for the shape a header claims before it reads; this compares first.
@@ -54,13 +54,13 @@ def load_arrays(data: bytes) -> dict[str, NDArray]:
     Raises
     ------
     ScanError
-        If the file is broken or an array holds objects.
+        If the file is broken, an array holds objects, or all take more than `limit` bytes.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = [info for info in archive.infolist() if info.filename.endswith(".npy")]
-            if sum(info.file_size for info in members) > MAX_UNPACKED_BYTES:
-                raise ScanError(f"unpacks to more than {MAX_UNPACKED_BYTES >> 20} MB")
+            if sum(info.file_size for info in members) > limit:
+                raise ScanError(f"unpacks to more than {limit >> 20} MB")
             return {info.filename[:-4]: _array(archive.read(info)) for info in members}
     except _BROKEN as error:
         raise ScanError(f"not an NPZ file: {error}") from error

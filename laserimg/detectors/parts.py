@@ -1,0 +1,105 @@
+"""Parts: rectangles of a mask, few and full enough to be searched quickly."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from laserimg.scan import BoolArray, Float32Array
+
+Rectangle = tuple[slice, slice]
+
+# Within a part the ratio of a window's width to its height varies by no more than this factor.
+MAX_SPREAD = 1.3
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A rectangle of cells, as small as the marked cells in it allow.
+
+    Parameters
+    ----------
+    rows, columns : slice
+    narrowest, widest : float
+        Width of a window over its height, in cells: the least and the largest of the marked cells.
+    """
+
+    rows: slice
+    columns: slice
+    narrowest: float
+    widest: float
+
+    @property
+    def ratio(self) -> float:
+        """The ratio that is wrong by the same factor for the narrowest and the widest."""
+        return float(np.sqrt(self.narrowest * self.widest))
+
+    @property
+    def spread(self) -> float:
+        """The factor from the narrowest to the widest."""
+        return self.widest / self.narrowest
+
+    def cost(self, height: float) -> float:
+        """Return the pixels searched, in windows: those of the part and half a window more on every side."""
+        rows, columns = self.rows.stop - self.rows.start, self.columns.stop - self.columns.start
+        return (rows / height + 1) * (columns / (height * self.ratio) + 1)
+
+    def halves(self) -> Iterator[tuple[Rectangle, ...]]:
+        """Yield its upper and lower half, and its left and right half."""
+        for axis, side in enumerate((self.rows, self.columns)):
+            middle = (side.start + side.stop) // 2
+            if side.start < middle:
+                pair = slice(side.start, middle), slice(middle, side.stop)
+                yield tuple((one, self.columns) if axis == 0 else (self.rows, one) for one in pair)
+
+
+def parts_of(marked: BoolArray, ratios: Float32Array, height: float) -> list[Part]:
+    """Return disjoint rectangles that hold all marked cells.
+
+    A part is halved while its windows differ too much in ratio, or when the halves are quicker to search.
+
+    Parameters
+    ----------
+    marked : (h, w) array of bool
+        Cells where a window may have its centre.
+    ratios : (h, w) array
+        Width of a window there over its height, in cells.
+    height : float
+        Height of a window in cells.
+    """
+    found, waiting = [], _parts(marked, ratios, [(slice(0, marked.shape[0]), slice(0, marked.shape[1]))])
+    while waiting:
+        part = waiting.pop()
+        options = [_parts(marked, ratios, halves) for halves in part.halves()]
+        if options and part.spread > MAX_SPREAD:
+            waiting += min(options, key=lambda halves: max(half.spread for half in halves))
+            continue
+        quickest = min(options, key=lambda halves: _cost(halves, height), default=[part])
+        if _cost(quickest, height) < part.cost(height):
+            waiting += quickest
+        else:
+            found.append(part)
+    return found
+
+
+def _cost(parts: list[Part], height: float) -> float:
+    return sum(part.cost(height) for part in parts)
+
+
+def _parts(marked: BoolArray, ratios: Float32Array, rectangles: Iterable[Rectangle]) -> list[Part]:
+    """The parts in some rectangles; none in one without a marked cell."""
+    parts = []
+    for rows, columns in rectangles:
+        inside = marked[rows, columns]
+        row, column = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
+        if row.size:
+            of_cells = ratios[rows, columns][inside]
+            parts.append(
+                Part(
+                    slice(rows.start + int(row[0]), rows.start + int(row[-1]) + 1),
+                    slice(columns.start + int(column[0]), columns.start + int(column[-1]) + 1),
+                    float(of_cells.min()),
+                    float(of_cells.max()),
+                )
+            )
+    return parts

@@ -1,0 +1,84 @@
+"""Parts of an image at any size, box by box the same place in the grid."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from laserimg.evidence import Image
+
+Pair = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class View:
+    """A part of an image, resized.
+
+    Parameters
+    ----------
+    image : (h, w) array of uint8
+    corner : (2,) array
+        Column and row of the grid where it begins; the column may lie beyond the seam.
+    pixel : (2,) array
+        Columns and rows of the grid for one pixel across and down.
+    """
+
+    image: Image
+    corner: Pair
+    pixel: Pair
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pyramid:
+    """An image, again and again at half its size: to shrink a part much, not all its pixels are needed.
+
+    Parameters
+    ----------
+    images : tuple of (h, w) arrays of uint8
+        The largest first.
+    beyond : int
+        Columns that the largest has before column 0 of the grid, and after its last.
+    """
+
+    images: tuple[Image, ...]
+    beyond: int
+
+    @classmethod
+    def of(cls, image: Image, wraps: bool) -> Self:
+        """Make the pyramid of an (H, W) image; a full turn gets half a turn more at both ends."""
+        beyond = image.shape[1] // 2 + 1 if wraps else 0
+        padded = cv2.copyMakeBorder(image, 0, 0, beyond, beyond, cv2.BORDER_WRAP)
+        images = [np.asarray(padded, np.uint8)]
+        while min(images[-1].shape) > 1:
+            height, width = images[-1].shape
+            images.append(_resized(images[-1], (width + 1) // 2, (height + 1) // 2))
+        return cls(tuple(images), beyond)
+
+    def view(self, first: Pair, last: Pair, pixel: Pair) -> View:
+        """Return a part of the image, about as many columns and rows of the grid a pixel as asked for.
+
+        Parameters
+        ----------
+        first, last : (2,) arrays
+            Column and row where it begins and ends; what lies beyond the image is left out.
+        pixel : (2,) array
+            Columns and rows of the grid a pixel.
+        """
+        image = self.images[int(np.clip(np.log2(pixel.min()), 0, len(self.images) - 1))]
+        own = np.array(self.images[0].shape[::-1]) / image.shape[::-1]
+        shift = np.array([self.beyond, 0])
+        begin = np.maximum(np.floor((first + shift) / own), 0).astype(int)
+        end = np.ceil((last + shift) / own).astype(int)
+        part = image[begin[1] : end[1], begin[0] : end[0]]
+        extent = part.shape[::-1] * own
+        size = np.maximum(np.rint(extent / pixel), 1).astype(int)
+        return View(_resized(part, *size.tolist()), begin * own - shift, extent / size)
+
+
+def _resized(image: Image, width: int, height: int) -> Image:
+    # cv2.INTER_AREA samples, without a mean, as soon as one side grows.
+    smaller = min(width, image.shape[1]), min(height, image.shape[0])
+    shrunk = cv2.resize(image, smaller, interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.resize(shrunk, (width, height), interpolation=cv2.INTER_LINEAR), np.uint8)

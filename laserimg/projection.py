@@ -14,7 +14,8 @@ MAX_RANGE_M = 1e5
 # Bounds of an estimated grid: a coarser one is no image, a finer one no scanner's.
 _MAX_PITCH = np.radians(5.0)
 _MIN_PITCH = 1e-5
-_MAX_CELLS = 1 << 22
+_MAX_ESTIMATED_CELLS = 1 << 22
+_MAX_CELLS = 1 << 26
 # The pitch is estimated from the neighbourhoods of so many points.
 _SAMPLES = 2000
 _NEIGHBOURS = 24
@@ -235,7 +236,7 @@ def widest_arc(azimuth: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def _bounded_pitch(pitch: float, across: float, up: float) -> float:
-    return float(np.clip(pitch, np.sqrt((across + pitch) * (up + pitch) / _MAX_CELLS), _MAX_PITCH))
+    return float(np.clip(pitch, np.sqrt((across + pitch) * (up + pitch) / _MAX_ESTIMATED_CELLS), _MAX_PITCH))
 
 
 def estimate_pitch(directions: NDArray[np.float64]) -> float:

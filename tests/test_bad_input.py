@@ -446,8 +446,8 @@ def test_a_wrong_side_file_is_one_line(about, message, tmp_path):
     [
         ("format = 2", "format must be 1"),
         ("min_range = -1", "min_range must be a number of metres"),
-        ("min_rang = 1", "unknown key 'min_rang'"),
-        ("= 1", "laserimg.toml: Invalid"),
+        ("min_rang = 1", "toml:1: unknown key 'min_rang', did you mean 'min_range'"),
+        ("\n= 1", "laserimg.toml:2: "),
     ],
 )
 def test_a_wrong_laserimg_toml_is_one_line_that_names_it(content, message, tmp_path):

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from laserimg.errors import ScanError
 from laserimg.projection import directions_from_angles
 from laserimg.readers.grid import scan_from_grid
 from laserimg.readers.hidden_grid import recover
@@ -121,11 +122,12 @@ def test_the_laser_beside_its_axis_above_the_floor_is_found():
     np.testing.assert_allclose(np.sort(world, axis=0), np.sort(points[present], axis=0), atol=1e-4)
 
 
-def test_interlaced_beams_keep_every_return_in_order():
+@pytest.mark.parametrize("down", [False, True])
+def test_interlaced_beams_keep_every_return_in_order(down):
     phase = np.radians(np.tile([0, 0.25, 0.5, 0.75], 30))
     beams = np.radians(np.arange(-80.0, 81)) + phase[:, None]
     tilts = np.radians(np.linspace(30, -50, 120))
-    points, present = fan(tilts, beams, "y")
+    points, present = fan(tilts, -beams if down else beams, "y")
     scan = scan_from_points(points[present])
     assert (scan.range > 0).sum() == present.sum()
     assert scan.shape[0] == 120
@@ -207,6 +209,21 @@ def test_points_in_no_order_have_no_hidden_grid():
     assert recover(rng.normal(size=(5000, 3))) is None
 
 
+def test_a_fan_that_tilts_over_the_zenith_is_one_fan():
+    tilts = np.radians(np.linspace(150, -30, 91))
+    points, present = fan(tilts, np.radians(np.linspace(-70, 70, 71)), "y")
+    grid = recovered(points, present)
+    lines = grid.row.reshape(present.shape)
+    assert (np.diff(lines, axis=0) == 1).all() or (np.diff(lines, axis=0) == -1).all()
+
+
+def test_numbers_that_are_none_of_rings_are_projected():
+    points, present = fan(np.radians(np.arange(-40, 40, 1.0)), np.radians(np.linspace(-60, 60, 61)), "z")
+    numbers = np.arange(present.sum())
+    assert recover(points[present], numbers) is None
+    assert (scan_from_points(points[present], ring=numbers).range > 0).any()
+
+
 @pytest.mark.parametrize("count", [0, 1, 5, 40])
 def test_few_points_have_no_hidden_grid(count):
     assert recover(np.random.default_rng(0).normal(size=(count, 3))) is None
@@ -239,3 +256,35 @@ def test_rays_without_return_point_where_the_grid_says(kind, missing, seed):
     present[0, :2] = present[5:7, 3] = True
     holes = scan_from_grid(np.where(present[..., None], points, np.nan))
     assert np.degrees(np.abs(holes.directions - whole.directions).max()) < 0.1
+
+
+@settings(deadline=None, max_examples=150)
+@given(
+    st.integers(1, 400),
+    st.integers(0, 2**16),
+    st.sampled_from(["noise", "line", "sweeps", "repeats", "plane", "pole", "ring"]),
+    st.floats(-6, 6),
+    st.booleans(),
+)
+def test_any_points_in_any_order_make_a_scan_or_one_error(count, seed, kind, power, holes):
+    rng = np.random.default_rng(seed)
+    t = np.arange(count)
+    points = {
+        "noise": rng.normal(size=(count, 3)),
+        "line": np.outer(t, rng.normal(size=3)) + rng.normal(size=3),
+        "sweeps": np.stack([np.ones(count), np.sin(t / 9.0), t / count], axis=1),
+        "repeats": np.repeat(rng.normal(size=(count // 3 + 1, 3)), 3, axis=0)[:count],
+        "plane": np.stack([t // 20, t % 20, np.ones(count)], axis=1),
+        "pole": np.stack([np.zeros(count), np.zeros(count), t + 1.0], axis=1),
+        "ring": np.stack([np.cos(t / 7.0), np.sin(t / 7.0), t / 99.0], axis=1),
+    }[kind] * 10.0**power
+    points = points.astype(float)
+    if holes:
+        points[rng.random(count) < 0.3] = rng.choice([0, np.nan, np.inf, 1e30, -1e300, 1e-300])
+    ring = rng.integers(0, 40, count) if seed % 5 == 0 else None
+    try:
+        scan = scan_from_points(points, np.ones(count), ring)
+    except ScanError as error:
+        assert "no point is a return" in str(error)
+    else:
+        assert scan.range.size < 1 << 23

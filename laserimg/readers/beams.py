@@ -3,8 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.errors import ScanError
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
@@ -27,15 +25,15 @@ def usual_step(angles: FloatArray, line: IntArray) -> float:
     angles, line : (N,) arrays
         Angle and number of the line of every point, sorted by line, in the order they were measured.
 
-    Raises
-    ------
-    ScanError
-        If no two points of a line differ in angle.
+    Returns
+    -------
+    float
+        0 if no two points of a line differ in angle.
     """
     steps = np.abs(np.diff(angles))
     steps = steps[(np.diff(line) == 0) & (steps > 0)]
     if not len(steps):
-        raise ScanError("the points of a line do not differ in angle")
+        return 0.0
     in_medians = steps / np.median(steps)
     return float(steps[(in_medians > _SAME_BEAM) & (in_medians < _GAP)].mean())
 

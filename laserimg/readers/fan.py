@@ -94,14 +94,15 @@ def fan_places(directions: FloatArray, lines: Lines) -> Fan | None:
         return None
     line = lines.of_point
     angle = np.arctan2(directions @ pole, np.einsum("nk,nk->n", directions, heading[line]))
+    angle *= np.sign(np.median(np.diff(angle)))
     step = usual_step(angle, line)
+    if step == 0:
+        return None
     beam, sharp = lattice_index(angle, step)
-    if sharp:
-        return Fan(_distinct(turned)[line], beam, np.ones(len(beam), bool), abs(pole[2]) > np.sqrt(0.5))
-    # Lines of other phases (interlaced beams) are other rays, however near.
-    in_order = np.argsort(np.argsort(turned, kind="stable"))[line]
-    beam, own = cell_index(angle, in_order, step)
-    return Fan(in_order, beam, own, abs(pole[2]) > np.sqrt(0.5))
+    number, own = _numbered(turned, sharp)[line], np.ones(len(beam), bool)
+    if not sharp:
+        beam, own = cell_index(angle, number, step)
+    return Fan(number, beam, own, abs(pole[2]) > np.sqrt(0.5))
 
 
 def _one_sided(normals: FloatArray, middle: FloatArray) -> FloatArray:
@@ -115,8 +116,12 @@ def _angle_about(pole: FloatArray, heading: FloatArray) -> FloatArray:
     return np.arctan2(heading @ np.cross(pole, first), heading @ first)
 
 
-def _distinct(turned: FloatArray) -> IntArray:
-    """Number lines by angle about the pole, those nearer than a standing head's jitter as one."""
+def _numbered(turned: FloatArray, merge: bool) -> IntArray:
+    """Number lines by angle about the pole.
+
+    With `merge`, lines nearer than a standing head's jitter are one. Lines whose beams lie on no
+    common lattice are interlaced: other rays, however near.
+    """
     order = np.argsort(turned, kind="stable")
     around = np.diff(np.r_[turned[order], turned[order[0]] + 2 * np.pi])
     # Begin behind the widest step, so that no group lies across the cut.
@@ -124,5 +129,5 @@ def _distinct(turned: FloatArray) -> IntArray:
     steps = np.roll(around, -1 - int(np.argmax(around)))[:-1]
     limit = min(_SAME_LINE_RAD, _SAME_LINE_PART * float(np.percentile(steps, 75)))
     number = np.empty(len(turned), np.intp)
-    number[order] = np.r_[0, np.cumsum(steps >= limit)]
+    number[order] = np.r_[0, np.cumsum(steps >= limit)] if merge else np.arange(len(turned))
     return number

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.projection import ranges_of
+from laserimg.projection import MIN_RANGE_M, ranges_of
 from laserimg.readers.fan import fan_places, laser_centre
 from laserimg.readers.lines import split_lines
 from laserimg.readers.rings import ring_places, rings_of_elevation
@@ -80,30 +80,35 @@ def recover(points: FloatArray, ring: NDArray[np.integer] | None = None) -> Hidd
         ring = lines.of_point if lines.along_azimuth else rings_of_elevation(directions)
         return None if ring is None else _spinning(directions, ring, None, known)
     row, column = (fan.beam, fan.line) if fan.lines_are_columns else (fan.line, fan.beam)
-    if int(row.max() + 1) * int(column.max() + 1) > _MAX_CELLS_PER_POINT * len(seen):
-        return None
     return _on_grid(row, column, fan.own, known, origin, wraps=False)
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.maximum(length, MIN_RANGE_M)
 
 
 def _spinning(
     directions: FloatArray, ring: NDArray[np.integer], begin: float | None, known: BoolArray
-) -> HiddenGrid:
+) -> HiddenGrid | None:
     """Without a known beginning, a turn begins where the file does."""
     start = float(np.arctan2(directions[0, 1], directions[0, 0])) if begin is None else begin
-    row, column, own, turns = ring_places(directions, ring, start)
+    places = ring_places(directions, ring, start)
+    if places is None:
+        return None
+    row, column, own, turns = places
     return _on_grid(row, column, own, known, np.zeros(3), turns)
 
 
 def _on_grid(
     row: IntArray, column: IntArray, own: BoolArray, known: BoolArray, origin: FloatArray, wraps: bool
-) -> HiddenGrid:
-    """Keep the first written point of every pixel."""
+) -> HiddenGrid | None:
+    """Keep the first written point of every pixel; None if the grid is too small or too empty."""
+    shape = int(row.max()) + 1, int(column.max()) + 1
+    if min(shape) < 2 or shape[0] * shape[1] > _MAX_CELLS_PER_POINT * len(row):
+        return None
     candidates = np.flatnonzero(own)
-    _, first = np.unique(row[own] * (int(column.max()) + 1) + column[own], return_index=True)
+    _, first = np.unique(row[own] * shape[1] + column[own], return_index=True)
     rows, columns = np.zeros((2, len(known)), np.intp)
     rows[known], columns[known] = row, column
     kept = np.zeros(len(known), bool)

@@ -1,11 +1,11 @@
 """Limits of the range that stand beside a scan: masks, nothing is removed."""
 
 import json
-import tomllib
 from pathlib import Path
 
 from laserimg.errors import ConfigError
 from laserimg.files import stem
+from laserimg.formats.toml import read_toml
 
 FOLDER_FILE = "laserimg.toml"
 _MAX_M = 1e6
@@ -42,27 +42,25 @@ def side_file(path: Path) -> dict | None:
 def _from_folder(path: Path) -> dict[str, float]:
     if not path.is_file():
         return {}
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise ConfigError(f"{path}: {error}") from error
+    document = read_toml(path)
+    content = dict(document.data)
     if content.pop("format", 1) != 1:
-        raise ConfigError(f"{path}: format must be 1")
+        raise document.error(["format"], "format must be 1")
     for key in content:
         if key not in _KEYS:
-            raise ConfigError(f"{path}: unknown key {key!r}; known: format {' '.join(_KEYS)}")
-    return {key: _metres(path, key, value) for key, value in content.items()}
+            raise document.unknown([key], ("format", *_KEYS))
+    return {key: _metres(f"{path}:{document.line([key])}", key, value) for key, value in content.items()}
 
 
 def _from_side_file(path: Path) -> dict[str, float]:
     content = side_file(path) or {}
     beside = path.with_name(f"{stem(path)}.json")
-    return {key: _metres(beside, key, content[key]) for key in _KEYS if key in content}
+    return {key: _metres(str(beside), key, content[key]) for key in _KEYS if key in content}
 
 
-def _metres(path: Path, key: str, value: object) -> float:
+def _metres(place: str, key: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= _MAX_M:
         raise ConfigError(
-            f"{path}: {key} must be a number of metres from 0 to {_MAX_M:.0f}, got {str(value)[:40]}"
+            f"{place}: {key} must be a number of metres from 0 to {_MAX_M:.0f}, got {str(value)[:40]}"
         )
     return float(value)

@@ -17,9 +17,9 @@ _MIN_POINTS_PER_RING = 8
 
 def ring_places(
     directions: FloatArray, ring: NDArray[np.integer], begin: float
-) -> tuple[IntArray, IntArray, NDArray[np.bool_], bool]:
+) -> tuple[IntArray, IntArray, NDArray[np.bool_], bool] | None:
     """Return row and column of every point of a spinning scanner, which have their own place, and
-    whether the columns close a full turn.
+    whether the columns close a full turn; None if the numbers are none of rings.
 
     Rings become rows by their mean elevation. Columns are even in azimuth; rings measure at azimuths
     of their own, so a point may stand beside its cell where they crowd.
@@ -35,13 +35,17 @@ def ring_places(
     """
     azimuth, elevation = angles_from_directions(directions)
     _, row, counts = np.unique(ring, return_inverse=True, return_counts=True)
+    if len(counts) > _MAX_RINGS:
+        return None
     row = np.argsort(np.argsort(-np.bincount(row, elevation) / counts))[row]
     order = np.argsort(row, kind="stable")
     left, across = widest_arc(azimuth)
     turns = across == 2 * np.pi
     along = _unrolled(azimuth[order] - (begin if turns else left - across / 2 - np.pi), row[order])
-    column, own = np.empty(len(ring), np.intp), np.empty(len(ring), bool)
     step = usual_step(along, row[order])
+    if step == 0:
+        return None
+    column, own = np.empty(len(ring), np.intp), np.empty(len(ring), bool)
     column[order], own[order] = cell_index(along, row[order], step, turns)
     return row, _without_lone_gaps(column), own, turns
 

@@ -3,7 +3,7 @@
 import typer
 
 import laserimg
-from laserimg.cli import card, convert, demo, detect, evaluate, images, info, rules, show, train
+from laserimg.cli import card, convert, demo, detect, evaluate, images, info, rules, samples, show, train
 
 app = typer.Typer(
     name="laserimg",
@@ -40,3 +40,4 @@ app.command()(info.info)
 app.command()(convert.convert)
 app.command()(images.images)
 app.add_typer(train.app)
+app.command()(samples.samples)

@@ -75,15 +75,16 @@ def cascade(
     from laserimg.cascade.folder import Run, run_in_folder, tables_share
     from laserimg.cascade.stage import StageGoal
     from laserimg.cascade.training import Plan
+    from laserimg.cli.sizes import bytes_of, window_of
     from laserimg.cli.training_display import Display
     from laserimg.errors import ConfigError
     from laserimg.samples.negatives import read_negatives
     from laserimg.samples.positives import read_positives
 
-    bytes_allowed = _bytes(memory)
+    bytes_allowed = bytes_of(memory)
     try:
         goal = StageGoal(min_hit_rate, max_false_alarm, boost, depth, weight_trim, max_trees)  # type: ignore[arg-type]
-        pool = Pool(features, *_window(window), zero_mean)  # type: ignore[arg-type]
+        pool = Pool(features, *window_of(window), zero_mean)  # type: ignore[arg-type]
         tables = tables_share(bytes_allowed)
         plan = Plan(pool, goal, stages, num_pos, num_neg, target, search, seed, tables)  # type: ignore[arg-type]
     except ConfigError as error:
@@ -165,22 +166,6 @@ def _print_json(trained: "Trained") -> None:
     rate = asdict(trained.rate) if trained.rate else None
     stages = [asdict(record) for record in trained.records]
     print(json.dumps({"end": trained.end, "rate": rate, "stages": stages}))
-
-
-def _window(text: str) -> tuple[int, int]:
-    width, _, height = text.lower().partition("x")
-    if not (width.isdigit() and height.isdigit()):
-        raise typer.BadParameter(
-            f"'{text}' is not WIDTHxHEIGHT in pixels, such as 24x24", param_hint="--window"
-        )
-    return int(width), int(height)
-
-
-def _bytes(text: str) -> int:
-    number, unit = text[:-1], text[-1:].upper()
-    if unit not in ("M", "G") or not number.isdigit() or not int(number):
-        raise typer.BadParameter(f"'{text}' is not a size such as 500M or 2G", param_hint="--memory")
-    return int(number) << {"M": 20, "G": 30}[unit]
 
 
 def _cores() -> int:

@@ -4,14 +4,18 @@ Which format a file has is told by its name: ``.json`` COCO, ``.xml`` Pascal VOC
 ``.dat`` or ``.txt`` OpenCV's info file; a folder holds VOC (``.xml``) or YOLO (``.txt``) files.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
-from laserimg.errors import LabelError, LaserImgError
-from laserimg.files import read_bytes
+from laserimg.errors import LabelError
 from laserimg.samples.labelled import LabelledImage
+from laserimg.samples.text import text_lines
+from laserimg.samples.xml_labels import read_xml
+from laserimg.samples.yolo import read_yolo
+
+Reader = Callable[[Path, str | None], Iterator[LabelledImage]]
 
 
 def read_labels(path: Path, label: str | None = None) -> list[LabelledImage]:
@@ -28,22 +32,20 @@ def read_labels(path: Path, label: str | None = None) -> list[LabelledImage]:
     LabelError
         Names file and line of what cannot be read.
     """
-    readers = {".json": _coco, ".dat": _info, ".txt": _info}
+    if path.is_dir():
+        files = sorted(path.glob("*.xml"))
+        images = [image for file in files for image in read_xml(file, label)]
+        return images or list(read_yolo(path, label))
+    readers: dict[str, Reader] = {".json": _coco, ".dat": _info, ".txt": _info, ".xml": read_xml}
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise LabelError(f"{path}: labels of a kind not known; known are {', '.join(readers)}")
     return list(reader(path, label))
 
 
-def text_lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield number and text of the lines that hold something."""
-    try:
-        text = read_bytes(path).decode("utf-8-sig", errors="replace")
-    except LaserImgError as error:
-        raise LabelError(f"{path}: {error}") from None
-    for number, line in enumerate(text.splitlines(), 1):
-        if line.strip():
-            yield number, line.strip()
+def holds_labels(folder: Path) -> bool:
+    """Return whether a folder holds VOC or YOLO files, not only images."""
+    return any(folder.glob("*.xml")) or any(folder.glob("*.txt"))
 
 
 def _info(path: Path, label: str | None) -> Iterator[LabelledImage]:

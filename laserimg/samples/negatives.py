@@ -7,7 +7,8 @@ from pathlib import Path
 from laserimg.errors import LabelError
 from laserimg.samples.images import image_files, read_grey
 from laserimg.samples.labelled import LabelledImage
-from laserimg.samples.labels import read_labels, text_lines
+from laserimg.samples.labels import holds_labels, read_labels
+from laserimg.samples.text import text_lines
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -29,7 +30,7 @@ def read_negatives(path: Path) -> Negatives:
     LabelError
         If there is no image.
     """
-    if path.is_dir():
+    if path.is_dir() and not holds_labels(path):
         images = [LabelledImage(file, source=str(file)) for file in image_files(path)]
     elif path.suffix.lower() == ".txt" and not _is_info(path):
         lines = list(text_lines(path))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from laserimg.errors import LabelError
 from laserimg.samples.images import image_files, read_grey
 from laserimg.samples.labelled import LabelledImage
-from laserimg.samples.labels import read_labels
+from laserimg.samples.labels import holds_labels, read_labels
 from laserimg.samples.vec import read_vec
 
 Window = tuple[int, int]
@@ -52,7 +52,7 @@ def read_positives(path: Path, window: Window, margin: float = 0.0, label: str |
     """
     if path.suffix.lower() == ".vec":
         found = Positives(read_vec(path, window))
-    elif path.is_dir() and not any(path.glob("*.txt")) and not any(path.glob("*.xml")):
+    elif path.is_dir() and not holds_labels(path):
         images = [LabelledImage(file, source=str(file)) for file in image_files(path)]
         found = _gathered([_whole(image, window) for image in images], window)
     else:

@@ -147,6 +147,8 @@ def test_input_that_fails_exits_with_1_and_one_line(folder, arguments, name, rea
         ),
         (["convert", "good.npz", "-o", "cut.npz/a.npz"], "cut.npz"),
         (["rules", "show", "missing.toml"], "missing.toml"),
+        (["evaluate", "missing.json", "missing.json"], "missing.json"),
+        (["train", "cascade", "--positives", "missing", "--negatives", ".", "-o", "out"], "missing"),
     ],
     ids=lambda words: " ".join(words) if isinstance(words, list) else "",
 )

@@ -129,7 +129,7 @@ def test_the_walls_of_an_open_basket_and_the_parts_of_a_chair_are_taken_together
     scan = boxes_and_floor(GRID, [near, far, behind])
     evidence = Pipeline(Rules((BIN,))).observe(scan)
     assert len(evidence.regions) == 3
-    region = matching_region(evidence, pixel_box(near[0], far[1]), 0.9, 0.5)
+    region = matching_region(evidence, pixel_box(near[0], far[1]), 0.9, 0.6)
     box = metric_box(scan, region, evidence.floor)
     assert box.height == pytest.approx(0.5, abs=0.03)
     assert box.depth == pytest.approx(0.25, abs=0.05)

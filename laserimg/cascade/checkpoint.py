@@ -106,7 +106,7 @@ class Checkpoints:
             )
         states = []
         while (path := self._path(len(states))).exists():
-            states.append(_read(path))
+            states.append(read_state(path))
         return states
 
     def begin(self) -> None:
@@ -136,7 +136,14 @@ def _arrays(state: StageState) -> dict[str, Any]:
     }
 
 
-def _read(path: Path) -> StageState:
+def read_state(path: Path) -> StageState:
+    """Return one stage from its file.
+
+    Raises
+    ------
+    ModelError
+        If the file is damaged.
+    """
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.cascade.checkpoint import Checkpoints, StageRecord, StageState
-from laserimg.cascade.mining import Miner
+from laserimg.cascade.mining import PASSES, Miner
 from laserimg.cascade.model import Cascade
 from laserimg.cascade.rates import Rate
+from laserimg.cascade.report import ReportData, training_page
 from laserimg.cascade.stage import Progress
 from laserimg.cascade.training import Plan, Trained, Watcher, train_cascade
 from laserimg.cascade.writer import write_cascade
@@ -44,6 +45,8 @@ class Run:
         Bytes.
     scale_step : float
         Of the pyramid that negatives are looked for in.
+    validation : (m, height, width) uint8, optional
+        Positives to judge the cascade by; nothing is trained on them.
     """
 
     plan: Plan
@@ -53,6 +56,7 @@ class Run:
     jobs: int
     memory: int = 2 << 30
     scale_step: float = 1.2
+    validation: NDArray[np.uint8] | None = None
 
     @property
     def cascade(self) -> Path:
@@ -117,6 +121,38 @@ def _identity(run: Run) -> dict:
     }
 
 
+def ending(run: Run, trained: Trained) -> str:
+    """Return in a sentence why training ended, and the rate it reached."""
+    if trained.rate is None:
+        rate = f"about {trained.records[-1].rate:.2g} false alarms per window" if trained.records else ""
+        return f"All {len(trained.cascade)} stages are trained: {rate}."
+    counted = (
+        f"{trained.rate.value:.3g} false alarms per window (95 %: {trained.rate.low:.3g} to"
+        f" {trained.rate.high:.3g}; {trained.rate.accepted} in {trained.rate.windows:,d} windows)"
+    )
+    stages = f"after {len(trained.cascade)} stages"
+    if trained.end == "target":
+        return f"The target is reached {stages}: {counted}."
+    if trained.end == "positives":
+        return f"Too few positives are left {stages}: {counted}."
+    return (
+        f"The negatives have run out {stages}: {PASSES} passes over {len(run.backgrounds)} images gave fewer "
+        f"than the {run.plan.negatives} negatives asked for; {counted}. More images let training go on."
+    )
+
+
+def _report(run: Run, trained: Trained) -> ReportData:
+    return ReportData(
+        trained.cascade,
+        trained.records,
+        run.positives,
+        run.validation,
+        trained.negatives,
+        run.folder.resolve().name,
+        ending(run, trained),
+    )
+
+
 class _Keeper(Watcher):
     """Writes the files of the folder after each stage, and passes on what it is told."""
 
@@ -143,6 +179,7 @@ class _Keeper(Watcher):
         if len(trained.cascade):
             # Also when nothing was left to train: the folder may have lost a file.
             write_cascade(self._run.cascade, trained.cascade, self._run.plan.goal)
+            write_text(self._run.folder / "report.html", training_page(_report(self._run, trained)))
         end = {"event": "end", "reason": trained.end, "rate": asdict(trained.rate) if trained.rate else None}
         self._log(end)
 

@@ -91,12 +91,15 @@ class Trained:
         Why it ended: all "stages", the "target", or no more "negatives" or "positives".
     rate : Rate or None
         False alarms per window of the whole cascade, where they were counted.
+    negatives : (n, height, width) uint8
+        Those trained on that pass the whole cascade.
     """
 
     cascade: Cascade
     records: tuple[StageRecord, ...]
     end: End
     rate: Rate | None
+    negatives: Pixels
 
 
 def train_cascade(
@@ -141,7 +144,7 @@ def train_cascade(
         mined = _mine(plan, cascade, records, kept, miner, watcher)
         end = _end(plan, mined, left)
         if end:
-            return Trained(cascade, tuple(records), end, mined.rate)
+            return Trained(cascade, tuple(records), end, mined.rate, kept)
         middle = perf_counter()
         negatives = np.concatenate([kept, mined.windows])
         chosen = left[: plan.positives or None]
@@ -162,7 +165,7 @@ def train_cascade(
         )
         records.append(record)
         watcher.stage(cascade, StageState(stage, record, kept))
-    return Trained(cascade, tuple(records), "stages", None)
+    return Trained(cascade, tuple(records), "stages", None, kept)
 
 
 def _mine(

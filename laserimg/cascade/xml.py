@@ -129,8 +129,10 @@ def check_cascade(data: bytes) -> tuple[CascadeInfo, str]:
     features = items(cascade, "features")
     stages = items(cascade, "stages")
     clean = Element("cascade")
-    _write_head(clean, kind, window, len(stages))
-    weak_count = _copy_stages(clean, stages, kind, len(features))
+    # Asked for weights, OpenCV takes windows without contrast for hits of a single stage, not of two.
+    twice = 2 if len(stages) == 1 else 1
+    _write_head(clean, kind, window, len(stages) * twice)
+    weak_count = _copy_stages(clean, stages * twice, kind, len(features)) // twice
     _copy_features(clean, features, kind, window)
     last_threshold = number(stages[-1], "stageThreshold")
     info = CascadeInfo(kind, window, len(stages), weak_count, len(features), last_threshold)

@@ -49,6 +49,9 @@ def cascade(
     ),
     margin: float = typer.Option(0.0, min=0.0, help="Border round a labelled box, as a share of it."),
     label: str | None = typer.Option(None, "--class", help="The class of the labels to learn."),
+    validate: Path | None = typer.Option(
+        None, help="Positives kept aside: the report judges by them. Same kinds as --positives."
+    ),
     image: str = typer.Option("reflectance", help="What image of a scan the samples are, for the card."),
     scale_step: float = typer.Option(1.2, min=1.05, help="Ratio of the sizes negatives are looked for at."),
     seed: int = typer.Option(0, min=0, help="Another seed gives another cascade of the same kind."),
@@ -61,9 +64,9 @@ def cascade(
 ) -> None:
     """Train a Haar or LBP cascade that every cv2.CascadeClassifier loads.
 
-    The folder gets cascade.xml, its card cascade.toml, log.jsonl, and state/. Stopped at any moment and
-    started again with the same options, training goes on behind the last whole stage and ends in the same
-    cascade.
+    The folder gets cascade.xml, its card cascade.toml, report.html, log.jsonl, and state/. Stopped at any
+    moment and started again with the same options, training goes on behind the last whole stage and ends in
+    the same cascade.
 
     \b
       laserimg train cascade --positives pos.vec --negatives bg.txt --window 20x20 -o faces
@@ -91,7 +94,9 @@ def cascade(
         raise typer.BadParameter(str(error)) from None
     objects = read_positives(positives, (pool.width, pool.height), margin, label)
     images = read_negatives(negatives)
-    run = Run(plan, objects.windows, images.images, out, jobs or _cores(), bytes_allowed, scale_step)
+    aside = read_positives(validate, (pool.width, pool.height), margin, label).windows if validate else None
+    threads = jobs or _cores()
+    run = Run(plan, objects.windows, images.images, out, threads, bytes_allowed, scale_step, aside)
     if dry_run:
         _dry_run(run, [*objects.skipped, *images.skipped])
         return

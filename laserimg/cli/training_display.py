@@ -6,8 +6,7 @@ from types import TracebackType
 
 from laserimg.cascade.checkpoint import StageRecord, StageState
 from laserimg.cascade.estimate import forecast
-from laserimg.cascade.folder import Run
-from laserimg.cascade.mining import PASSES
+from laserimg.cascade.folder import Run, ending
 from laserimg.cascade.model import Cascade
 from laserimg.cascade.rates import Rate
 from laserimg.cascade.stage import Progress
@@ -66,7 +65,7 @@ class Display(Watcher):
 
     def end(self, trained: Trained) -> None:
         """Say why training ended."""
-        print(_ending(self._run, trained))
+        print(ending(self._run, trained))
         if len(trained.cascade):
             print(self._run.cascade)
 
@@ -81,25 +80,6 @@ def _line(record: StageRecord) -> str:
         f"{record.number:5d}  {record.trees:5d}  {record.hit_rate:8.4f}  {record.false_alarm:11.4f}"
         f"  {record.positives_left:14d}  {record.before.windows:16,d}  {record.rate:19.3g}"
         f"  {record.mining_s + record.training_s:7.1f}"
-    )
-
-
-def _ending(run: Run, trained: Trained) -> str:
-    if trained.rate is None:
-        rate = f"about {trained.records[-1].rate:.2g} false alarms per window" if trained.records else ""
-        return f"All {len(trained.cascade)} stages are trained: {rate}."
-    counted = (
-        f"{trained.rate.value:.3g} false alarms per window (95 %: {trained.rate.low:.3g} to"
-        f" {trained.rate.high:.3g}; {trained.rate.accepted} in {trained.rate.windows:,d} windows)"
-    )
-    stages = f"after {len(trained.cascade)} stages"
-    if trained.end == "target":
-        return f"The target is reached {stages}: {counted}."
-    if trained.end == "positives":
-        return f"Too few positives are left {stages}: {counted}."
-    return (
-        f"The negatives have run out {stages}: {PASSES} passes over {len(run.backgrounds)} images gave fewer "
-        f"than the {run.plan.negatives} negatives asked for; {counted}. More images let training go on."
     )
 
 

@@ -1,0 +1,254 @@
+"""Ground outdoors: a plane and its slow unevenness, over points in any order or in the image of a scan."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from laserimg.errors import ScanError
+from laserimg.geometry.planes import Plane, heights_over, planes_through, refit_plane
+from laserimg.scan import BoolArray, Float32Array, Scan
+
+# A return this high over the ground is no ground: kerbs and mown grass are lower.
+CLEARANCE_M = 0.2
+# Hills tilt more than floors: 20 degrees.
+MAX_TILT_RAD = float(np.radians(20))
+# Share of the returns that must lie on the plane, and must at most lie below it, for it to be ground.
+MIN_SHARE = 0.05
+MAX_BELOW = 0.5
+
+_TRIALS = 400
+_SAMPLE = 2000
+_SEARCHED = 20_000
+# The unevenness is a mean over windows of this many metres, or of this many degrees across and up.
+_CELL_M = 2.0
+_WINDOW_DEG = (20.0, 4.0)
+_ROUNDS = 4
+# Weight of the plane among the returns of a window: where there are few, it decides.
+_PRIOR = 5.0
+_MAX_CELLS = 1 << 20
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Ground:
+    """Which returns are ground.
+
+    Parameters
+    ----------
+    plane : Plane
+        Through the ground as a whole; its normal points up.
+    height : array of float32
+        Metres over the uneven ground, of every return.
+    mask : array of bool
+        Returns that are ground, or below it.
+    """
+
+    plane: Plane
+    height: Float32Array
+    mask: BoolArray
+
+
+def ground_of_points(
+    points: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0), clearance_m: float = CLEARANCE_M
+) -> Ground | None:
+    """Return the ground of points in any order, or None if they have none.
+
+    1. The plane within 20 degrees of level with most points near it, among the points below the scanner
+       (random triples with a fixed seed), refitted.
+    2. Its unevenness: the mean height of the points near the ground in cells of 2 m, smoothed
+       over their neighbours, a few times over, so that it follows slopes outwards.
+    3. What is no more than `clearance_m` above is ground.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        Metres from the scanner.
+    up : (3,) array
+    clearance_m : float
+
+    Returns
+    -------
+    Ground or None
+        Arrays of (n,). None without a plane that holds 5 % of the points, or with most points below it.
+
+    Raises
+    ------
+    ScanError
+        If the points are not (n, 3).
+
+    Notes
+    -----
+    Paper 1, section 4.1: "assuming the ground is flat, we can extract it by fitting a plane to the
+    points lower than the position of the laser scanner". Differs from the paper: the fit is robust,
+    and the ground may be uneven.
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid(np.arange(-5.0, 5), np.arange(-5.0, 5))
+    >>> floor = np.stack([x, y, np.full_like(x, -1.5)], axis=-1).reshape(-1, 3)
+    >>> ground_of_points(np.concatenate([floor, [[2, 2, -1.0]]])).mask[-2:].tolist()
+    [True, False]
+    """
+    array = np.asarray(points, np.float64)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ScanError(f"points must be (n, 3), got {array.shape}")
+    plane = ground_plane(array, np.asarray(up, np.float64))
+    if plane is None:
+        return None
+    height = plane.distance(array).astype(np.float32)
+    height -= _unevenness_of_cells(array, height, plane, clearance_m)
+    return Ground(plane, height, height <= clearance_m)
+
+
+def ground_of_scan(scan: Scan, clearance_m: float = CLEARANCE_M) -> Ground | None:
+    """Return the ground of a scan, or None if it has none.
+
+    As `ground_of_points`, but the unevenness is a mean over windows of the image, 20 degrees across and
+    4 up, which box filters give in a few milliseconds.
+
+    Parameters
+    ----------
+    scan : Scan
+    clearance_m : float
+
+    Returns
+    -------
+    Ground or None
+        Arrays of (H, W); pixels without a return are not ground.
+    """
+    valid = scan.valid
+    pixels = np.flatnonzero(valid)
+    pixels = pixels[:: max(1, len(pixels) // _SEARCHED)]
+    thinned = scan.range.ravel()[pixels, None] * scan.directions.reshape(-1, 3)[pixels]
+    plane = ground_plane(thinned.astype(np.float64), scan.up)
+    if plane is None:
+        return None
+    height = heights_over(plane, scan.range, scan.directions)
+    height -= _unevenness_of_windows(scan, height, valid, clearance_m)
+    return Ground(plane, height, valid & (height <= clearance_m))
+
+
+def ground_plane(points: NDArray[np.float64], up: NDArray[np.float64]) -> Plane | None:
+    """Return the plane through most points below the scanner, nearly level; None if it holds too few.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        Metres from the scanner.
+    up : (3,) array
+        Unit vector.
+    """
+    below = points[points @ up < 0]
+    if len(below) < 3:
+        return None
+    below = below[:: max(1, len(below) // _SEARCHED)]
+    plane = _most_held(below, up)
+    if plane is None:
+        return None
+    plane = refit_plane(plane, below, CLEARANCE_M / 2)
+    distance = plane.distance(points)
+    on_plane = float((np.abs(distance) <= CLEARANCE_M / 2).mean())
+    level = float(plane.normal @ up) >= np.cos(MAX_TILT_RAD)
+    under = float((distance < -CLEARANCE_M).mean())
+    return plane if level and on_plane >= MIN_SHARE and under <= MAX_BELOW * on_plane else None
+
+
+def _most_held(points: NDArray[np.float64], up: NDArray[np.float64]) -> Plane | None:
+    random = np.random.default_rng(0)
+    normals, offsets = planes_through(points[random.integers(0, len(points), (_TRIALS, 3))])
+    sign = np.where(normals @ up < 0, -1.0, 1.0)
+    normals, offsets = normals * sign[:, None], offsets * sign
+    level = (normals @ up >= np.cos(MAX_TILT_RAD)) & (offsets < 0)
+    if not level.any():
+        return None
+    normals, offsets = normals[level], offsets[level]
+    sample = points[random.permutation(len(points))[:_SAMPLE]]
+    # Near ground is denser: a return counts with its distance, as it stands for more of the ground.
+    weight = np.sqrt(np.linalg.norm(sample, axis=1))
+    held = weight @ (np.abs(sample @ normals.T - offsets) <= CLEARANCE_M / 2)
+    best = int(np.argmax(held))
+    return Plane(normals[best], float(offsets[best]))
+
+
+def _unevenness_of_cells(
+    points: NDArray[np.float64], height: Float32Array, plane: Plane, clearance_m: float
+) -> Float32Array:
+    """Return how far the ground at each of n points is above the plane."""
+    place, shape = _cells(points, plane)
+    cell = np.rint(place).astype(np.intp)
+    flat = cell[:, 0] * shape[1] + cell[:, 1]
+    total = shape[0] * shape[1]
+    bump = np.zeros(len(points), np.float32)
+    x, y = place[:, 1].astype(np.float32), place[:, 0].astype(np.float32)
+    for _ in range(_ROUNDS):
+        near = np.abs(height - bump) <= clearance_m
+        sums = np.bincount(flat[near], height[near], total).reshape(shape)
+        counts = np.bincount(flat[near], minlength=total).reshape(shape)
+        smooth = _windowed_mean(sums, counts, (3, 3))
+        # remap takes no more than 32767 rows, so the points go in rows of their own.
+        bump = _sampled(smooth, x, y)
+    return bump
+
+
+def _cells(points: NDArray[np.float64], plane: Plane) -> tuple[NDArray[np.float64], tuple[int, int]]:
+    """Return the place of every point in a grid over the plane, in cells, and the size of the grid."""
+    along = np.linalg.svd(plane.normal[None])[2][1:]
+    place = points @ along.T
+    low, high = place.min(axis=0), place.max(axis=0)
+    cell = max(_CELL_M, float(np.sqrt(np.prod(high - low) / _MAX_CELLS)))
+    place = (place - low) / cell
+    rows, columns = (int(size) + 2 for size in place.max(axis=0))
+    return place, (rows, columns)
+
+
+def _sampled(grid: Float32Array, x: Float32Array, y: Float32Array) -> Float32Array:
+    """Interpolate a grid at n places."""
+    columns = 1024
+    rows = -(-len(x) // columns)
+    maps = [np.zeros(rows * columns, np.float32) for _ in range(2)]
+    for padded, values in zip(maps, (x, y), strict=True):
+        padded[: len(values)] = values
+    first, second = (padded.reshape(rows, columns) for padded in maps)
+    sampled = cv2.remap(grid, first, second, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(sampled, np.float32).ravel()[: len(x)]
+
+
+def _unevenness_of_windows(
+    scan: Scan, height: Float32Array, valid: BoolArray, clearance_m: float
+) -> Float32Array:
+    """Return how far the ground at every pixel is above the plane."""
+    window = _window(scan)
+    pad = window[1] // 2 if scan.wraps else 0
+    bump = np.zeros_like(height)
+    for _ in range(_ROUNDS):
+        near = valid & (np.abs(height - bump) <= clearance_m)
+        sums = np.pad(height * near, ((0, 0), (pad, pad)), mode="wrap")
+        counts = np.pad(near, ((0, 0), (pad, pad)), mode="wrap")
+        smooth = _windowed_mean(sums, counts, window)
+        bump = smooth[:, pad : pad + scan.shape[1]]
+    return bump
+
+
+def _window(scan: Scan) -> tuple[int, int]:
+    """Rows and columns of the window, both odd."""
+    thin = scan.directions[:: max(1, scan.shape[0] // 64), :: max(1, scan.shape[1] // 64)]
+    size = []
+    for axis, degrees in enumerate((_WINDOW_DEG[1], _WINDOW_DEG[0])):
+        step = max(1, scan.shape[axis] // 64)
+        chord = float(np.median(np.linalg.norm(np.diff(thin, axis=axis), axis=-1))) / step
+        largest = scan.shape[axis] // (1 + axis)
+        size.append(int(np.clip(np.radians(degrees) / max(chord, 1e-6), 3, max(largest, 3))) | 1)
+    return size[0], size[1]
+
+
+def _windowed_mean(sums: NDArray, counts: NDArray, window: tuple[int, int]) -> Float32Array:
+    """Return sums over windows divided by counts, drawn to 0 where there is little to count."""
+    size = window[::-1]
+    total, number = (
+        np.asarray(
+            cv2.boxFilter(part.astype(np.float32), -1, size, normalize=False, borderType=cv2.BORDER_CONSTANT)
+        )
+        for part in (sums, counts)
+    )
+    return (total / (number + np.float32(_PRIOR))).astype(np.float32)

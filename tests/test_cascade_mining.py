@@ -158,6 +158,22 @@ def test_images_that_cannot_be_used_are_passed_over(tmp_path, photos):
     assert len(mine(mixed, 20).windows) == 20
 
 
+def test_turned_copies_hold_the_same_things_elsewhere(photos):
+    turned = Backgrounds(photos(1, boxes=[((30, 20, 50, 40),)]).files, turned=True)
+    assert len(turned) == 8
+    image, (box,) = turned.image(0), turned.boxes(0)
+    x, y, w, h = (int(value) for value in box)
+    marked = image[y : y + h, x : x + w]
+    seen = []
+    for copy in range(8):
+        x, y, w, h = (int(value) for value in turned.boxes(copy)[0])
+        part = turned.image(copy)[y : y + h, x : x + w]
+        straight = part[:, ::-1] if copy >= 4 else part
+        assert (np.rot90(straight, -(copy % 4)) == marked).all()
+        seen.append(turned.image(copy).tobytes())
+    assert len(set(seen)) == 8
+
+
 def test_memory_for_images_is_kept_to(photos):
     backgrounds = photos(4)
     small = Backgrounds(backgrounds.files, memory=2 * 90 * 110)

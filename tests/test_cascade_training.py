@@ -18,7 +18,7 @@ from laserimg.cascade.model import Cascade
 from laserimg.cascade.stage import StageGoal
 from laserimg.cascade.training import Plan, Watcher
 from laserimg.cascade.xml import read_cascade_info
-from laserimg.errors import ConfigError, ModelError
+from laserimg.errors import ConfigError, LabelError, ModelError
 from laserimg.samples.negatives import read_negatives
 from laserimg.samples.vec import write_vec
 
@@ -205,6 +205,29 @@ def command(tmp_path, out):
     start = "from laserimg.cli import main; main()"
     words = [str(word) for option in options.items() for word in option]
     return [sys.executable, "-c", start, "train", "cascade", *words]
+
+
+class Listener(Watcher):
+    def __init__(self):
+        self.lines = []
+
+    def left_out(self, lines):
+        self.lines += lines
+
+
+def test_unusable_negatives_are_named(run, tmp_path):
+    task = run(stages=1)
+    (tmp_path / "backgrounds" / "text.png").write_text("not an image")
+    cv2.imwrite(str(tmp_path / "backgrounds" / "tiny.png"), np.zeros((9, 40), np.uint8))
+    task = replace(task, backgrounds=read_negatives(tmp_path / "backgrounds").images)
+    listener = Listener()
+    assert run_in_folder(task, listener).end == "stages"
+    assert [line.split("/")[-1] for line in listener.lines] == [
+        "text.png: text.png cannot be read as an image",
+        "tiny.png: 40x9 is smaller than the window",
+    ]
+    with pytest.raises(LabelError, match=r"no image to take negatives from; .*40x9 is smaller"):
+        run_in_folder(replace(task, backgrounds=task.backgrounds[-1:], folder=tmp_path / "b"), listener)
 
 
 def test_kill_at_any_moment(tmp_path):

@@ -20,6 +20,7 @@ from laserimg.cascade.report import ReportData, training_page
 from laserimg.cascade.stage import Progress
 from laserimg.cascade.training import Plan, Trained, Watcher, train_cascade
 from laserimg.cascade.writer import write_cascade
+from laserimg.errors import LabelError
 from laserimg.files import write_text
 from laserimg.samples.backgrounds import Backgrounds
 from laserimg.samples.labelled import LabelledImage
@@ -47,6 +48,8 @@ class Run:
         Of the pyramid that negatives are looked for in.
     validation : (m, height, width) uint8, optional
         Positives to judge the cascade by; nothing is trained on them.
+    turned : bool
+        Look for negatives also in mirrored and turned copies of the backgrounds.
     """
 
     plan: Plan
@@ -57,6 +60,7 @@ class Run:
     memory: int = 2 << 30
     scale_step: float = 1.2
     validation: NDArray[np.uint8] | None = None
+    turned: bool = False
 
     @property
     def cascade(self) -> Path:
@@ -76,6 +80,8 @@ def run_in_folder(run: Run, watcher: Watcher, restart: bool = False) -> Trained:
     ------
     ConfigError
         If the folder holds the state of another run and `restart` is not set.
+    LabelError
+        If no image can be used for negatives.
     """
     checkpoints = Checkpoints(run.folder / "state", _identity(run))
     done = [] if restart else checkpoints.load()[: run.plan.stages]
@@ -85,6 +91,7 @@ def run_in_folder(run: Run, watcher: Watcher, restart: bool = False) -> Trained:
     with one_cv2_thread(), ThreadPoolExecutor(run.jobs) as threads:
         jobs = threads if run.jobs > 1 else None
         miner = _miner(run, jobs)
+        _check(run, miner.backgrounds.unusable(miner.window, jobs), watcher)
         trained = train_cascade(run.plan, run.positives, miner, jobs, done, keeper)
     keeper.finish(trained)
     return trained
@@ -101,9 +108,15 @@ def one_cv2_thread() -> Iterator[None]:
         cv2.setNumThreads(before)
 
 
+def _check(run: Run, unusable: Sequence[str], watcher: Watcher) -> None:
+    if len(unusable) == len(run.backgrounds):
+        raise LabelError(f"no image to take negatives from; {unusable[0] if unusable else 'none is given'}")
+    watcher.left_out(unusable)
+
+
 def _miner(run: Run, jobs: ThreadPoolExecutor | None) -> Miner:
     pool = run.plan.pool
-    images = Backgrounds(run.backgrounds, int(run.memory * _IMAGES_SHARE))
+    images = Backgrounds(run.backgrounds, int(run.memory * _IMAGES_SHARE), run.turned)
     return Miner(images, (pool.width, pool.height), run.plan.seed, run.scale_step, pool.mode == "lbp", jobs)
 
 
@@ -116,6 +129,7 @@ def _identity(run: Run) -> dict:
         "format": 1,
         **plan,
         "scale_step": run.scale_step,
+        "turned": run.turned,
         "positives": sha256(run.positives.tobytes()).hexdigest(),
         "backgrounds": sha256(names.encode()).hexdigest(),
     }
@@ -131,12 +145,13 @@ def ending(run: Run, trained: Trained) -> str:
         f" {trained.rate.high:.3g}; {trained.rate.accepted} in {trained.rate.windows:,d} windows)"
     )
     stages = f"after {len(trained.cascade)} stages"
+    images = f"{len(run.backgrounds)} images" + (" in eight copies" if run.turned else "")
     if trained.end == "target":
         return f"The target is reached {stages}: {counted}."
     if trained.end == "positives":
         return f"Too few positives are left {stages}: {counted}."
     return (
-        f"The negatives have run out {stages}: {PASSES} passes over {len(run.backgrounds)} images gave fewer "
+        f"The negatives have run out {stages}: {PASSES} passes over {images} gave fewer "
         f"than the {run.plan.negatives} negatives asked for; {counted}. More images let training go on."
     )
 

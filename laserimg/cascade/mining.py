@@ -152,7 +152,7 @@ class Miner:
         image = self.backgrounds.image(number)
         if image is None or image.shape[0] < height or image.shape[1] < width:
             return np.empty((0, height, width), np.uint8), 0, 0
-        boxes = self.backgrounds.files[number].boxes
+        boxes = self.backgrounds.boxes(number)
         parts = list(tiles(image, self.window, self.scale_step, turn, want, cap, rng))
         corners = [tile.outside(self._accepted(xml, tile), boxes, self.window) for tile in parts]
         tile_of = np.repeat(np.arange(len(parts)), [len(each) for each in corners])

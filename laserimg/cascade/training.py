@@ -69,6 +69,9 @@ class Plan:
 class Watcher:
     """Is told how a training run goes; this one does not listen."""
 
+    def left_out(self, lines: Sequence[str]) -> None:
+        """Some files cannot be used; a line for each."""
+
     def mining(self, stage: int, found: int, wanted: int, rate: Rate) -> None:
         """Some more images were searched for negatives."""
 

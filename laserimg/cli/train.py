@@ -53,6 +53,9 @@ def cascade(
         None, help="Positives kept aside: the report judges by them. Same kinds as --positives."
     ),
     image: str = typer.Option("reflectance", help="What image of a scan the samples are, for the card."),
+    turned: bool = typer.Option(
+        False, "--turned-negatives", help="Also search mirrored and turned copies of the negatives."
+    ),
     scale_step: float = typer.Option(1.2, min=1.05, help="Ratio of the sizes negatives are looked for at."),
     seed: int = typer.Option(0, min=0, help="Another seed gives another cascade of the same kind."),
     memory: str = typer.Option("2G", help="Memory at most, such as 500M or 4G."),
@@ -96,12 +99,12 @@ def cascade(
     images = read_negatives(negatives)
     aside = read_positives(validate, (pool.width, pool.height), margin, label).windows if validate else None
     threads = jobs or _cores()
-    run = Run(plan, objects.windows, images.images, out, threads, bytes_allowed, scale_step, aside)
+    run = Run(plan, objects.windows, images.images, out, threads, bytes_allowed, scale_step, aside, turned)
     if dry_run:
         _dry_run(run, [*objects.skipped, *images.skipped])
         return
     with Display(run, quiet or as_json) as display:
-        display.skipped([*objects.skipped, *images.skipped])
+        display.left_out([*objects.skipped, *images.skipped])
         trained = run_in_folder(run, display, restart)
     _finish(run, trained, label or "object", image, f"{len(objects.windows)} positives of {positives.name}")
     if as_json:
@@ -152,7 +155,7 @@ def _dry_run(run: "Run", skipped: list[str]) -> None:
         if count == 0:
             size = f"{pixels.shape[1]}x{pixels.shape[0]}"
             skipped.append(f"{entry.source or entry.path}: {size} is smaller than the window")
-        windows, usable = windows + count, usable + (count > 0)
+        windows, usable = windows + count * (8 if run.turned else 1), usable + (count > 0)
     for line in skipped:
         print(f"left out: {line}")
     ahead = forecast(run.plan, windows, jobs=run.jobs)

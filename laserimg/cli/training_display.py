@@ -39,7 +39,7 @@ class Display(Watcher):
         if self._live:
             self._live.stop()
 
-    def skipped(self, lines: Sequence[str]) -> None:
+    def left_out(self, lines: Sequence[str]) -> None:
         """Name what was left out, the first twenty."""
         for line in lines[:20]:
             print(f"left out: {line}", file=sys.stderr)

@@ -1,11 +1,10 @@
 """Images to take negatives from, by folder, list or labels."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from laserimg.errors import LabelError
-from laserimg.samples.images import image_files, read_grey
+from laserimg.samples.images import image_files
 from laserimg.samples.labelled import LabelledImage
 from laserimg.samples.labels import holds_labels, read_labels
 from laserimg.samples.text import text_lines
@@ -44,19 +43,6 @@ def read_negatives(path: Path) -> Negatives:
         raise LabelError(f"{path}: no images" + (f"; {images[0].path} does not exist" if images else ""))
     gone = (f"{image.source}: {image.path} does not exist" for image in images if not image.path.is_file())
     return Negatives(there, tuple(gone))
-
-
-def unusable(images: Sequence[LabelledImage], window: tuple[int, int]) -> list[str]:
-    """Return a line for each image that cannot be read or is smaller than the window."""
-    lines = []
-    for image in images:
-        pixels = read_grey(image.path)
-        if pixels is None:
-            lines.append(f"{image.source or image.path}: {image.path.name} cannot be read as an image")
-        elif pixels.shape[0] < window[1] or pixels.shape[1] < window[0]:
-            size = f"{pixels.shape[1]}x{pixels.shape[0]}"
-            lines.append(f"{image.source or image.path}: {size} is smaller than the window")
-    return lines
 
 
 def _is_info(path: Path) -> bool:

@@ -28,6 +28,8 @@ FloatArray = NDArray[np.float64]
 # Deflate packs at most 1032 bytes into one.
 _MAX_PACKING = 1032
 _TIFF_WIDTH, _TIFF_HEIGHT = 256, 257
+# Level of OpenCV's own messages.
+_SILENT = 0
 
 
 def read_range_image(path: Path) -> Iterator[Scan]:
@@ -112,15 +114,16 @@ def _decode(data: bytes) -> NDArray:
         check_png(data)
     elif _announced_pixels(data) > min(MAX_PIXELS, len(data) * _MAX_PACKING):
         raise ScanError(f"is cut off: the header says {_announced_pixels(data)} pixels")
-    level = cv2.utils.logging.getLogLevel()
+    # OpenCV prints what it thinks of a broken image on stderr. In 4.10 the switch is in cv2 itself.
+    logging: Any = getattr(cv2.utils, "logging", cv2)
+    level = logging.getLogLevel()
     try:
-        # OpenCV prints what it thinks of a broken image on stderr.
-        cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+        logging.setLogLevel(_SILENT)
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error as error:
         raise ScanError(f"not a readable image: {error.err}") from error
     finally:
-        cv2.utils.logging.setLogLevel(level)
+        logging.setLogLevel(level)
     if image is None:
         raise ScanError("not a readable image")
     if image.ndim != 2 or image.dtype not in (np.uint16, np.float32, np.float64):

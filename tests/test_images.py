@@ -143,10 +143,10 @@ def test_view_frame_keeps_lengths_and_follows_up(seed):
     rng = np.random.default_rng(seed)
     scan = Scan(np.ones((6, 7), np.float32), unit(rng, (6, 7)), world_from_scan=pose_from(rng))
     vectors = unit(rng, (6, 7))
-    turned_vectors = view_frame(scan, vectors)
+    turned_vectors = view_frame(scan.directions, vectors, scan.up)
     np.testing.assert_allclose(np.linalg.norm(turned_vectors, axis=-1), 1, atol=1e-5)
     np.testing.assert_allclose(turned_vectors[..., 2], vectors @ scan.up, atol=1e-5)
-    facing = view_frame(scan, -scan.directions)
+    facing = view_frame(scan.directions, -scan.directions, scan.up)
     assert (facing[..., 0] >= 0).all()
     np.testing.assert_allclose(facing[..., 1], 0, atol=1e-4)
 
@@ -165,7 +165,7 @@ def pose_from(rng: np.random.Generator) -> np.ndarray:
 def test_right_is_right_as_seen_from_the_scanner():
     scan = Scan.from_range_image(np.ones((2, 2)), np.radians([1, -1]), np.radians([1, -1]))
     to_the_right = np.broadcast_to(np.float32([0, -1, 0]), (2, 2, 3))
-    assert view_frame(scan, to_the_right)[0, 0, 1] > 0.99
+    assert view_frame(scan.directions, to_the_right, scan.up)[0, 0, 1] > 0.99
 
 
 @pytest.mark.parametrize("up", [[0, 0, 1], [0, 0, -1], [1, 0, 0], [0, -0.6, 0.8]])

@@ -34,7 +34,8 @@ def by_row_blocks(
     [slice(0, 2, None), slice(2, 4, None), slice(4, 5, None)]
     """
     rows, columns = shape
-    step = max(1, pixels // (columns * multiple)) * multiple
+    count = max(1, round(rows * columns / pixels))
+    step = max(1, -(-rows // (count * multiple))) * multiple
     blocks = [slice(first, min(first + step, rows)) for first in range(0, rows, step)]
     threads = min(cv2.getNumThreads(), len(blocks))
     if threads <= 1:

@@ -1,5 +1,6 @@
 """The angle between neighbouring rays, pixel by pixel, in both directions of the grid."""
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,14 +50,12 @@ def pitch_of(directions: Float32Array, wraps: bool) -> tuple[Float32Array, Float
     across, up : (H, W) arrays of float32
         As `angular_pitch`.
     """
-    steps_up = _angles(directions[:-1], directions[1:])
-    up = _mean_of_sides(np.concatenate([steps_up[:1], steps_up, steps_up[-1:]]))
-    steps_across = _angles(directions, np.roll(directions, -1, axis=1))
-    if not wraps:
-        steps_across[:, -1] = steps_across[:, -2]
-    before = steps_across[:, -1:] if wraps else steps_across[:, :1]
-    across = _mean_of_sides(np.concatenate([before, steps_across], axis=1).T).T
-    return np.ascontiguousarray(across), up
+    planes = [np.asarray(plane, np.float32) for plane in cv2.split(directions)]
+    up = _mean_of_sides(_bordered(_angles([(plane[:-1], plane[1:]) for plane in planes])))
+    steps = _bordered(_angles([(plane[:, :-1], plane[:, 1:]) for plane in planes]).T).T
+    if wraps:
+        steps[:, [0, -1]] = _angles([(plane[:, -1:], plane[:, :1]) for plane in planes])
+    return _mean_of_sides(steps.T).T, up
 
 
 def sample_pitch(scan: Scan, valid: BoolArray) -> tuple[Floats, Floats, Floats]:
@@ -74,10 +73,15 @@ def sample_pitch(scan: Scan, valid: BoolArray) -> tuple[Floats, Floats, Floats]:
     return scan.range[::rows, ::columns][chosen], across[chosen] / columns, up[chosen] / rows
 
 
-def _angles(a: Float32Array, b: Float32Array) -> Float32Array:
-    """Angle between unit vectors; the chord keeps its digits where the arc cosine loses them."""
-    chord = np.linalg.norm(a - b, axis=-1)
-    return (2 * np.arcsin(np.minimum(chord / 2, 1))).astype(np.float32, copy=False)
+def _angles(pairs: list[tuple[Float32Array, Float32Array]]) -> Float32Array:
+    """Angle between unit vectors, given by planes; the chord keeps digits that the arc cosine loses."""
+    chord = sum((a - b) ** 2 for a, b in pairs) ** 0.5
+    return 2 * np.arcsin(np.minimum(chord / 2, 1))
+
+
+def _bordered(steps: Float32Array) -> Float32Array:
+    """Repeat the first and the last step: at the border there is only one."""
+    return np.concatenate([steps[:1], steps, steps[-1:]])
 
 
 def _mean_of_sides(steps: Float32Array) -> Float32Array:

@@ -1,6 +1,7 @@
 """The kinds of images, by name."""
 
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from difflib import get_close_matches
 from functools import cached_property
 
@@ -8,6 +9,7 @@ import cv2
 import numpy as np
 
 from laserimg.errors import ConfigError, ScanError
+from laserimg.geometry.blocks import by_row_blocks
 from laserimg.images.relative_depth import SURROUNDINGS_M, relative_depth
 from laserimg.images.stretch import Image, blacken, stretch
 from laserimg.images.view_frame import view_frame
@@ -19,12 +21,8 @@ class _Work:
     """What several images of one scan share, computed when first asked for."""
 
     def __init__(self, scan: Scan) -> None:
-        self.scan = scan
+        self.scan, self.valid = scan, scan.valid
         self._images: dict[str, Image] = {}
-
-    @cached_property
-    def valid(self) -> BoolArray:
-        return self.scan.valid
 
     @cached_property
     def normals(self) -> Float32Array:
@@ -58,7 +56,14 @@ def _normals_abs(work: _Work) -> Image:
 
 
 def _normals_view(work: _Work) -> Image:
-    return _signed(view_frame(work.scan, work.normals), work.valid)
+    image = np.empty((*work.scan.shape, 3), np.uint8)
+
+    def make(rows: slice) -> None:
+        vectors = view_frame(work.scan.directions[rows], work.normals[rows], work.scan.up)
+        image[rows] = _signed(vectors, work.valid[rows])
+
+    by_row_blocks(make, work.scan.shape)
+    return image
 
 
 def _depth_relative(work: _Work) -> Image:
@@ -135,7 +140,14 @@ def make_images(scan: Scan, kinds: Iterable[str] = IMAGE_KINDS) -> dict[str, Ima
     for name in names:
         check_image_name(name)
     work = _Work(scan)
-    return {name: work.image(name) for name in names}
+    if cv2.getNumThreads() == 1:
+        return {name: work.image(name) for name in names}
+    # Normals take the longest and not all of it on two threads: the other images are made beside.
+    with ThreadPoolExecutor(1) as pool:
+        beside = {name: pool.submit(work.image, name) for name in names if not name.startswith("normals")}
+        images = {name: work.image(name) for name in names if name not in beside}
+    images |= {name: image.result() for name, image in beside.items()}
+    return {name: images[name] for name in names}
 
 
 def check_image_name(name: str) -> None:

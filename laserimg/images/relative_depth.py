@@ -28,11 +28,13 @@ def relative_depth(scan: Scan, valid: BoolArray) -> Float32Array:
     """
     size = _cell_size(scan, valid)
     share = cell_means(valid.astype(np.float32), size, size)
-    total = cell_means(np.where(valid, scan.range, np.float32(0)), size, size)
-    mean = _means_around(scan, total, share, size)
-    difference = scan.range - mean
+    range_m = scan.range if valid.all() else scan.range * valid
+    difference = _means_around(scan, cell_means(range_m, size, size), share, size)
+    np.subtract(scan.range, difference, out=difference)
     np.clip(difference, -SURROUNDINGS_M, SURROUNDINGS_M, out=difference)
-    return np.where(valid, difference, np.float32(0))
+    if range_m is not scan.range:
+        difference *= valid
+    return difference
 
 
 def _means_around(scan: Scan, total: Float32Array, share: Float32Array, size: int) -> Float32Array:

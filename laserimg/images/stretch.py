@@ -12,7 +12,7 @@ LOW, HIGH = 1.0, 99.0
 # Gray of an image in which all values are equal.
 MIDDLE = 128
 # Percentiles come from whole rows, about this many pixels: a turned scan keeps its gray values.
-SAMPLES = 100_000
+SAMPLES = 30_000
 
 
 def stretch(values: Float32Array, valid: BoolArray, limits: tuple[float, float] | None = None) -> Image:

@@ -4,22 +4,22 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.geometry.blocks import by_row_blocks
-from laserimg.scan import Float32Array, Scan
+from laserimg.scan import Float32Array
 
 
-def view_frame(scan: Scan, normals: Float32Array) -> Float32Array:
+def view_frame(directions: Float32Array, normals: Float32Array, up: NDArray[np.float64]) -> Float32Array:
     """Return normals as components towards the scanner, to the right and up.
 
-    Up is the world's (`Scan.up`), towards is horizontal, from the point to the scanner's axis, and right
-    as seen from the scanner. Turning the scanner about "up" changes nothing. Rays that point
-    straight up or down have no azimuth: both horizontal components are 0 there.
+    Towards is horizontal, from the point to the vertical axis through the scanner; right is as seen
+    from the scanner. Turning the scanner about `up` changes nothing. Rays that point straight up
+    or down have no azimuth: both horizontal components are 0 there.
 
     Parameters
     ----------
-    scan : Scan
-    normals : (H, W, 3) array of float32
-        In the scanner's frame.
+    directions, normals : (H, W, 3) arrays of float32
+        Unit vectors in the scanner's frame.
+    up : (3,) array
+        Unit vector, such as `Scan.up`.
 
     Returns
     -------
@@ -27,25 +27,18 @@ def view_frame(scan: Scan, normals: Float32Array) -> Float32Array:
 
     Examples
     --------
-    >>> scan = Scan.from_range_image(np.ones((2, 2)), np.radians([90, 88]), np.radians([1, -1]))
-    >>> wall = np.broadcast_to(np.float32([0, -1, 0]), (2, 2, 3))
-    >>> view_frame(scan, wall)[0, 0].round(3).tolist()
-    [1.0, 0.0, 0.0]
+    >>> ahead, wall = np.float32([[[0.0, 1.0, 0.0]]]), np.float32([[[0.0, -1.0, 0.0]]])
+    >>> view_frame(ahead, wall, np.array([0.0, 0.0, 1.0])).tolist()
+    [[[1.0, 0.0, 0.0]]]
     """
-    upright = upright_frame(scan.up)
-    turned = np.empty((*scan.shape, 3), np.float32)
-
-    def work(rows: slice) -> None:
-        vx, vy, _ = cv2.split(_turn(scan.directions[rows], upright))
-        nx, ny, nz = cv2.split(_turn(normals[rows], upright))
-        level = np.sqrt(vx * vx + vy * vy)
-        np.maximum(level, 1e-9, out=level)
-        towards = (nx * vx + ny * vy) / -level
-        right = (nx * vy - ny * vx) / level
-        cv2.merge([towards, right, nz], dst=turned[rows])
-
-    by_row_blocks(work, scan.shape)
-    return turned
+    upright = upright_frame(up)
+    vx, vy, _ = cv2.split(_turn(directions, upright))
+    nx, ny, nz = cv2.split(_turn(normals, upright))
+    level = np.sqrt(vx * vx + vy * vy)
+    np.maximum(level, np.float32(1e-9), out=level)
+    vx /= level
+    vy /= level
+    return np.asarray(cv2.merge([-vx * nx - vy * ny, vy * nx - vx * ny, nz]), np.float32)
 
 
 def upright_frame(up: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -17,7 +17,7 @@ STEPS = 2
 REACH_STEPS = 2.5
 REACH_M = 0.15
 # Pixels worked on at a time; 25 returns each.
-CHUNK = 1 << 14
+CHUNK = 1 << 11
 
 
 def local_planes(
@@ -55,7 +55,7 @@ def _around(scan: Scan, inverse_range: Float32Array, rows: Indices, columns: Ind
     other_rows = np.clip(rows + up, 0, height - 1)
     other_columns = shifted(columns, across, width, scan.wraps)
     index = other_rows * width + other_columns
-    directions = np.moveaxis(scan.directions.reshape(-1, 3).take(index, axis=0), -1, 0)
+    directions = np.ascontiguousarray(scan.directions.reshape(-1, 3).take(index, axis=0).transpose(2, 0, 1))
     ranges = scan.range.ravel().take(index)
     middle = len(up) // 2
     pitch = _distance(directions)[np.abs(up[:, 0]) + np.abs(across[:, 0]) == 1].max(axis=0)

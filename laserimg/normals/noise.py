@@ -11,7 +11,7 @@ from laserimg.scan import Scan
 Array = NDArray[np.float64]
 
 # Pixels looked at: more would not change the estimates.
-SAMPLES = 30_000
+SAMPLES = 15_000
 FEWEST_SAMPLES = 32
 # Believed standard deviations of the range in metres, and of the angle in parts of the pitch.
 RANGE_LIMITS = (0.002, 0.05)
@@ -40,14 +40,9 @@ class Noise:
         to row, which tilting heads make; its lower quartile is taken, as clutter is steep as well.
         """
         step = max(1, scan.range.size // SAMPLES)
-        count = len(range(2, scan.shape[0], step))
-        if count == 0:
-            return cls(RANGE_LIMITS[1], 0.0)
-        above, middle, below = (_inverse(scan.range[k::step][:count]) for k in range(3))
-        steps = scan.directions[2::step][:count] - scan.directions[::step][:count]
-        pitch = np.sqrt(np.einsum("ijk,ijk->ij", steps, steps)) / 2
-        range_noise = _range_noise(above, middle)
-        return cls(range_noise, _angle_noise(above, middle, below, pitch, range_noise))
+        left, right = _inverse(scan.range[:, :-1:step]), _inverse(scan.range[:, 1::step])
+        range_noise = _range_noise(left, right)
+        return cls(range_noise, _angle_noise(left, scan.directions[:, :-1:step], range_noise))
 
     def variance(self, inverse_range: NDArray, squared_plane: NDArray) -> NDArray:
         """Return the variance of 1/r, in 1/m^2, for returns from planes a = n / d of given |a|^2."""
@@ -63,16 +58,20 @@ def _inverse(range_m: NDArray[np.float32]) -> Array:
     return 1 / np.where(range_m > 0, range_m, np.nan).astype(np.float64)
 
 
-def _range_noise(upper: Array, lower: Array) -> float:
-    mixed = upper[:, :-1] - upper[:, 1:] - lower[:, :-1] + lower[:, 1:]
-    deviations = np.abs(mixed / upper[:, :-1] ** 2) / 2
+def _range_noise(left: Array, right: Array) -> float:
+    mixed = left[:-1] - left[1:] - right[:-1] + right[1:]
+    deviations = np.abs(mixed / left[:-1] ** 2) / 2
     deviations = deviations[np.isfinite(deviations)]
     if len(deviations) < FEWEST_SAMPLES:
         return RANGE_LIMITS[1]
     return float(np.clip(np.median(deviations) / MEDIAN, *RANGE_LIMITS))
 
 
-def _angle_noise(above: Array, middle: Array, below: Array, pitch: NDArray, range_noise: float) -> float:
+def _angle_noise(inverse_range: Array, directions: NDArray, range_noise: float) -> float:
+    above, middle, below = inverse_range[:-2], inverse_range[1:-1], inverse_range[2:]
+    if not len(middle):
+        return 0.0
+    pitch = np.linalg.norm(directions[2:] - directions[:-2], axis=-1) / 2
     slope = np.abs(below - above) / 2
     with np.errstate(divide="ignore", invalid="ignore"):
         steep = slope / (middle * pitch)

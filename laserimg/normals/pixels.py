@@ -41,11 +41,12 @@ def normals_of_pixels(
     mosaic = _Mosaic.of(cells, planes)
 
     def work(block: slice) -> None:
-        blend = mosaic.blend(block, scan.shape)
-        cv2.merge(_unit(blend, scan.range[block] > 0), dst=normals[block])
-        settled = mosaic.one_surface(block, scan.shape)
-        settled &= _on_plane(blend, scan.directions[block], inverse_range[block], noise)
-        rows, columns = np.nonzero((scan.range[block] > 0) & ~settled)
+        returned = scan.range[block] > 0
+        *blend, expected = mosaic.blend(block, scan.shape)
+        cv2.merge(_unit(blend, returned), dst=normals[block])
+        settled = mosaic.one_surface(block, scan.shape) & _near(expected, inverse_range[block], noise)
+        # On a flat mask, as on two axes it takes ten times as long.
+        rows, columns = np.divmod(np.flatnonzero(returned & ~settled), scan.shape[1])
         rows += block.start
         chosen = mosaic.choose(
             scan.directions[rows, columns].T, inverse_range[rows, columns], noise, rows, columns
@@ -65,14 +66,9 @@ def _unit(planes: list[Float32Array], returned: BoolArray) -> list[Floats]:
     return [plane * scale for plane in planes]
 
 
-def _on_plane(
-    planes: list[Float32Array], directions: Float32Array, inverse_range: Float32Array, noise: Noise
-) -> BoolArray:
-    miss = inverse_range.copy()
-    for plane, part in zip(planes, cv2.split(directions), strict=True):
-        miss -= plane * part
+def _near(expected: Float32Array, inverse_range: Float32Array, noise: Noise) -> BoolArray:
     limit = np.minimum(inverse_range * np.float32(ON_PLANE * noise.range), np.float32(0.5)) * inverse_range
-    return np.abs(miss) <= limit
+    return np.abs(inverse_range - expected) <= limit
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,6 +79,8 @@ class _Mosaic:
     ----------
     cells : Cells
     planes : (3, h + 2, w + 2) array of float32
+    inverse_range : (h + 2, w + 2) array of float32
+        Of each plane, the mean over the directions of its cell.
     agree : (h, w) array of uint8
         1 where the planes of the 3 x 3 cells around are one surface.
     nearer : eight ((h + 2) * (w + 2),) arrays of int8
@@ -92,6 +90,7 @@ class _Mosaic:
 
     cells: Cells
     planes: Float32Array
+    inverse_range: Float32Array
     agree: np.ndarray
     nearer: list[np.ndarray]
 
@@ -104,13 +103,16 @@ class _Mosaic:
         agree = (means * means).sum(axis=0) >= SAME_SURFACE**2
         middles = np.stack([pad_cells(part, cells.wraps) for part in cells.directions])
         nearer = [_nearer_there(padded, normals, middles, _offset(padded, side)) for side in NEIGHBOURS]
-        return cls(cells, padded, agree.view(np.uint8), nearer)
+        return cls(cells, padded, (padded * middles).sum(axis=0), agree.view(np.uint8), nearer)
 
     def blend(self, block: slice, shape: tuple[int, int]) -> list[Float32Array]:
-        """Interpolate between the planes of cells, for a block of rows of pixels."""
+        """Interpolate planes and their inverse range between cells, for a block of rows of pixels."""
         rows, columns = self.cells.rows, self.cells.columns
-        around = self.planes[:, block.start // rows : -(-block.stop // rows) + 2]
-        large = [cv2.resize(a, None, fx=columns, fy=rows, interpolation=cv2.INTER_LINEAR) for a in around]
+        around = slice(block.start // rows, -(-block.stop // rows) + 2)
+        large = [
+            cv2.resize(layer[around], None, fx=columns, fy=rows, interpolation=cv2.INTER_LINEAR)
+            for layer in (*self.planes, self.inverse_range)
+        ]
         down, right = slice(rows, rows + block.stop - block.start), slice(columns, columns + shape[1])
         return [np.asarray(a, np.float32)[down, right] for a in large]
 
@@ -158,9 +160,13 @@ def _nearer_there(
 ) -> np.ndarray:
     """Whether the plane `offset` cells on is there the nearer, 1 or 0; -1 if the two make no crease."""
     planes, normals, middles = (part.reshape(3, -1) for part in (planes, normals, middles))
-    nearer = ((np.roll(planes, -offset, axis=1) - planes) * np.roll(middles, -offset, axis=1)).sum(axis=0) > 0
-    crease = (np.roll(normals, -offset, axis=1) * normals).sum(axis=0) < CREASE
-    return np.where(crease, nearer, np.int8(-1)).astype(np.int8)
+    count = planes.shape[1] - abs(offset)
+    here, there = (slice(start, start + count) for start in (max(-offset, 0), max(offset, 0)))
+    found = np.full(planes.shape[1], -1, np.int8)
+    nearer = ((planes[:, there] - planes[:, here]) * middles[:, there]).sum(axis=0) > 0
+    crease = (normals[:, there] * normals[:, here]).sum(axis=0) < CREASE
+    found[here] = np.where(crease, nearer, -1)
+    return found
 
 
 def _inverse_range_and_miss(

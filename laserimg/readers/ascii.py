@@ -10,6 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from laserimg.errors import LaserImgError, ScanError
 from laserimg.files import read_bytes, read_start
 from laserimg.readers.fields import intensity_field
@@ -22,8 +25,8 @@ _MAX_LINE_BYTES = 10_000
 _SNIFFED_BYTES = 4096
 _MIN_BYTES_PER_POINT = 6
 _SEPARATORS = re.compile(rb"[\s,;]+")
-# Four numbers: x y z intensity; seven: x y z intensity r g b. Six are x y z r g b.
-_COLUMNS_WITH_INTENSITY = (4, 7)
+# Four numbers: x y z intensity; five: time after them; seven: x y z intensity r g b. Six are x y z r g b.
+_COLUMNS_WITH_INTENSITY = (4, 5, 7)
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,18 @@ def read_ascii(path: Path) -> Iterator[Scan]:
     ScanError
         If a line is not a point.
     """
+    for points, values in read_points(path):
+        yield scan_from_points(points, values)
+
+
+def read_points(path: Path) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64] | None]]:
+    """Yield the (n, 3) points of a text file, in its own unit, and their intensity if it has one.
+
+    Raises
+    ------
+    ScanError
+        If a line is not a point.
+    """
     data = read_bytes(path)
     lines = io.BytesIO(data)
     while True:
@@ -53,8 +68,7 @@ def read_ascii(path: Path) -> Iterator[Scan]:
         if layout.count is not None and layout.count * _MIN_BYTES_PER_POINT > len(data) - layout.offset + 1:
             raise ScanError(f"is cut off: {layout.count} points announced")
         table = read_table(lines, rows=layout.count, delimiter=layout.delimiter)
-        values = None if layout.intensity is None else table[:, layout.intensity]
-        yield scan_from_points(table[:, layout.xyz], values)
+        yield table[:, layout.xyz], None if layout.intensity is None else table[:, layout.intensity]
         if layout.count is None or not data[lines.tell() :].strip():
             return
 

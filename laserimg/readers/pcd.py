@@ -59,6 +59,21 @@ def read_pcd(path: Path) -> Iterator[Scan]:
         yield scan_from_points(_seen_from(pose, points), values, beams, world_from_scan=pose)
 
 
+def read_points(path: Path) -> tuple[FloatArray, FloatArray | None]:
+    """Return the (n, 3) points of a PCD file in the frame of the file, and their intensity if it has one.
+
+    Raises
+    ------
+    ScanError
+        If the file is cut off, not a PCD file, or has no x, y, z.
+    """
+    records = _read_cloud(read_bytes(path)).pc_data
+    intensity = intensity_field(records.dtype.names)
+    with np.errstate(invalid="ignore"):
+        points = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
+        return points, None if intensity is None else records[intensity].astype(np.float64)
+
+
 def _organised(
     points: FloatArray, values: FloatArray | None, shape: tuple[int, int], viewpoint: tuple[float, ...]
 ) -> Scan:

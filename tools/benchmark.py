@@ -10,94 +10,35 @@ list it in `SECTIONS`.
 """
 
 import argparse
+import shutil
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from laserimg.clusters import find_clusters
+from laserimg.formats.npz import write_npz
+from laserimg.geometry.floor import Floor, find_floor
 from laserimg.images import IMAGE_KINDS, make_images
+from laserimg.measure import metric_box
 from laserimg.normals import normals
+from laserimg.regions import reference_regions, regions_of
+from laserimg.rules.checks import size_rules
+from laserimg.rules.file import load_rules
+from laserimg.rules.model import Rules
 from laserimg.scan import Scan
-from scenes import Truth, room, scan_of, street
+from rows import TITLES, Row, error, faster, under, within
+from scenes import Truth, panorama, room, scan_of, street
 
-ROUNDS = 5
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One measurement: what, ours, the peer and its figure, their relation, what is wanted and kept."""
-
-    what: str
-    ours: str
-    peer: str
-    theirs: str
-    relation: str
-    wanted: str
-    kept: bool | None
-
-    def __str__(self) -> str:
-        verdict = {True: "kept", False: "MISSED", None: ""}[self.kept]
-        cells = (self.what, self.ours, self.peer, self.theirs, self.relation, self.wanted, verdict)
-        return "".join(f"{cell:<{width}}" for cell, width in zip(cells, WIDTHS, strict=True)).rstrip()
-
-
-WIDTHS = (46, 22, 32, 22, 16, 16, 6)
-TITLES = Row("", "laserimg", "peer", "", "", "wanted", None)
-
-
-def best_times(*calls: Callable[[], object]) -> list[float]:
-    """Return the best time of each call in seconds; they run in turn, so that all see the same machine."""
-    times: list[list[float]] = [[] for _ in calls]
-    for round_ in range(ROUNDS + 1):
-        for call, seen in zip(calls, times, strict=True):
-            start = time.perf_counter()
-            call()
-            if round_:
-                seen.append(time.perf_counter() - start)
-    return [min(seen) for seen in times]
-
-
-def faster(
-    what: str, ours: Callable, peer: str, theirs: Callable | None, at_least: float | None = None
-) -> Row:
-    """Time ours beside a peer's; `at_least` times faster is wanted."""
-    if theirs is None:
-        (mine,) = best_times(ours)
-        return Row(what, f"{mine * 1e3:.1f} ms", peer, "not installed", "", "", None)
-    mine, other = best_times(ours, theirs)
-    ratio = other / mine
-    wanted = "" if at_least is None else f">= {at_least:g} x"
-    kept = None if at_least is None else ratio >= at_least
-    return Row(
-        what, f"{mine * 1e3:.1f} ms", peer, f"{other * 1e3:.1f} ms", f"{ratio:.1f} x faster", wanted, kept
-    )
-
-
-def within(what: str, ours: Callable, peer: str, theirs: Callable, at_most: float) -> Row:
-    """Time ours beside a peer's; at most so many times its time is wanted."""
-    mine, other = best_times(ours, theirs)
-    ratio = mine / other
-    texts = (
-        f"{mine * 1e3:.1f} ms",
-        peer,
-        f"{other * 1e3:.1f} ms",
-        f"{ratio:.2f} x its time",
-        f"<= {at_most:g} x",
-    )
-    return Row(what, *texts, ratio <= at_most)
-
-
-def error(what: str, ours_deg: float, peer: str, theirs_deg: float | None, at_most_deg: float) -> Row:
-    """Set an error in degrees beside a peer's; at most so much is wanted."""
-    theirs = "not installed" if theirs_deg is None else f"{theirs_deg:.2f} deg"
-    return Row(
-        what, f"{ours_deg:.2f} deg", peer, theirs, "", f"<= {at_most_deg:g} deg", ours_deg <= at_most_deg
-    )
+COMPONENTS = "cv2.connectedComponents"
+SET_SIZE = 100
 
 
 @cache
@@ -170,6 +111,74 @@ def normals_section() -> Iterator[Row]:
         yield Row(f"{name}: returns without a normal", str(without), "", "", "", "0", without == 0)
 
 
+def regions_section() -> Iterator[Row]:
+    """Partitions and metric boxes against the connected components of a mask, on one thread."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    for name, (scan, _) in (("room", benchmark_room()), ("street", benchmark_street())):
+        mask = scan.valid.view(np.uint8)
+        floor = find_floor(scan)
+        regions = regions_of(find_clusters(scan, floor), scan.wraps)
+        rules = load_rules()
+
+        def components(mask: NDArray = mask) -> object:
+            return cv2.connectedComponents(mask, connectivity=4)
+
+        def measured(
+            scan: Scan = scan, floor: Floor | None = floor, regions: list = regions, rules: Rules = rules
+        ) -> list:
+            boxes = [metric_box(scan, region, floor) for region in regions]
+            return [size_rules(box, one) for box in boxes for one in rules]
+
+        yield within(
+            f"{name}: reference regions", lambda s=scan: reference_regions(s), COMPONENTS, components, 3
+        )
+        yield within(
+            f"{name}: default regions",
+            lambda s=scan, f=floor: find_clusters(s, f),
+            COMPONENTS,
+            components,
+            12,
+        )
+        yield under(f"{name}: boxes and rules of {len(regions)} regions", measured, 0.020)
+        yield under(f"{name}: floor", lambda s=scan: find_floor(s), None)
+    cv2.setNumThreads(threads)
+
+
+def jobs_section() -> Iterator[Row]:
+    """100 scans with two jobs against one; each run in a fresh process and folder."""
+    with TemporaryDirectory() as folder:
+        scan, _ = scan_of(room(), panorama(181, 316))
+        write_npz(scan, Path(folder) / "scan.npz")
+        for number in range(SET_SIZE):
+            shutil.copy(Path(folder) / "scan.npz", Path(folder) / f"{number:03}.npz")
+        (Path(folder) / "scan.npz").unlink()
+        one, two = (_detect_seconds(Path(folder), jobs) for jobs in (1, 2))
+    yield Row(
+        f"{SET_SIZE} scans with --jobs 2",
+        f"{two:.1f} s",
+        "--jobs 1",
+        f"{one:.1f} s",
+        f"{one / two:.2f} x faster",
+        ">= 1.7 x",
+        one / two >= 1.7,
+    )
+
+
+def _detect_seconds(folder: Path, jobs: int) -> float:
+    out = folder / f"out{jobs}"
+    command = [sys.executable, "-m", "laserimg", "detect", str(folder / "*.npz"), "-o", str(out), "--quiet"]
+    start = time.perf_counter()
+    subprocess.run([*command, "--jobs", str(jobs)], check=True)
+    return time.perf_counter() - start
+
+
+def help_section() -> Iterator[Row]:
+    """`laserimg --help` in a fresh process."""
+    command = [sys.executable, "-m", "laserimg", "--help"]
+    yield under("laserimg --help", lambda: subprocess.run(command, check=True, capture_output=True), 0.2)
+
+
 def _spread(vectors: NDArray, mask: NDArray) -> NDArray:
     image = np.zeros((*mask.shape, 3))
     image[mask] = vectors
@@ -185,7 +194,13 @@ def _degrees(a: NDArray, b: NDArray) -> NDArray:
     return np.degrees(np.arccos(np.clip((a * b).sum(axis=-1), -1, 1)))
 
 
-SECTIONS = {"images": images_section, "normals": normals_section}
+SECTIONS = {
+    "images": images_section,
+    "normals": normals_section,
+    "regions": regions_section,
+    "jobs": jobs_section,
+    "help": help_section,
+}
 
 
 def main() -> int:

@@ -19,11 +19,11 @@ from laserimg.scan import BoolArray, Float32Array, Scan
 LINK = 1 / 30
 
 # Rays that are compared, in pixels apart: neighbours, these, and the farthest that `LINK` allows.
-# Comparing 1, 2, 4, 8, ... gave the same objects on the scans of `tools/region_variants.py`.
-BRIDGES = (3, 8)
+BRIDGES = (2, 4, 8)
 MAX_REACH = 16
 
-_THIN_PIXELS = 10_000
+# Planes are searched on about so many pixels of the lattice; the angles between rays vary slower.
+_THIN_PIXELS, _THIN_ANGLES = 10_000, 2_500
 _LOG_STEPS = 5000
 
 
@@ -84,7 +84,7 @@ def standing_objects(scan: Scan, floor: Floor | None) -> BoolArray:
     objects = scan.valid
     if floor is not None:
         objects &= heights_over(floor.plane, scan.range, scan.directions) > floor.clearance_m
-    step = _thinning(scan.shape)
+    step = _thinning(scan.shape, _THIN_PIXELS)
     thin_points = scan.range[::step, ::step, None] * scan.directions[::step, ::step]
     pitch = _median_pitch(scan.directions, step)
     for large in large_planes(thin_points, np.ascontiguousarray(objects[::step, ::step]), pitch):
@@ -100,14 +100,25 @@ def link_limits(directions: Float32Array, link: float) -> dict[Offset, NDArray[n
     least half of `link`: some scanners have beams farther apart than that.
     """
     shape = directions.shape[:2]
-    step = _thinning(shape)
+    step = _thinning(shape, _THIN_ANGLES)
     limits = {}
     for offset in _offsets(directions, link, step):
         room = link**2 - _squared_chord(directions, offset, step)
         room = np.sqrt(np.maximum(room, (link / 2) ** 2 if max(offset) == 1 else 0))
-        fixed = np.rint(room * _LOG_STEPS).astype(np.uint16)
-        limits[offset] = np.asarray(cv2.resize(fixed, shape[::-1], interpolation=cv2.INTER_LINEAR), np.uint16)
+        limits[offset] = _enlarged(np.rint(room * _LOG_STEPS).astype(np.uint16), shape)
     return limits
+
+
+def _enlarged(thin: NDArray[np.uint16], shape: tuple[int, int]) -> NDArray[np.uint16]:
+    """Return a thinned lattice at full size; one row or column, seen as many, where that says it all."""
+    if np.ptp(thin, axis=1).max() <= 1:
+        thin, size = thin[:, :1], (1, shape[0])
+    elif np.ptp(thin, axis=0).max() <= 1:
+        thin, size = thin[:1], (shape[1], 1)
+    else:
+        size = (shape[1], shape[0])
+    full = cv2.resize(np.ascontiguousarray(thin), size, interpolation=cv2.INTER_LINEAR)
+    return np.broadcast_to(np.asarray(full, np.uint16).reshape(size[::-1]), shape)
 
 
 def _offsets(directions: Float32Array, link: float, step: int) -> list[Offset]:
@@ -129,9 +140,9 @@ def _squared_chord(directions: Float32Array, offset: Offset, step: int) -> Float
     return np.einsum("ijk,ijk->ij", difference, difference)
 
 
-def _thinning(shape: tuple[int, int]) -> int:
-    """Step that leaves about `_THIN_PIXELS` of the lattice."""
-    return max(1, round(np.sqrt(shape[0] * shape[1] / _THIN_PIXELS)))
+def _thinning(shape: tuple[int, int], pixels: int) -> int:
+    """Step that leaves about so many pixels of the lattice."""
+    return max(1, round(np.sqrt(shape[0] * shape[1] / pixels)))
 
 
 def _median_pitch(directions: Float32Array, step: int) -> tuple[float, float]:

@@ -150,6 +150,10 @@ def test_tables_and_histograms_agree(scale, of_class):
     targets = np.where(positive, 1.0, -1.0) if of_class else rng.normal(size=200)
     expected = gains(codes, scale, weights, targets)
     np.testing.assert_allclose(Binned.of(codes, scale).gains(weights, targets), expected, rtol=1e-4)
+    if not scale.ordered:
+        rows = (codes % scale.bins).astype(np.uint8)[:, None]
+        exact = [best_subset(np.array([0]), row, weights, targets).gain for row in rows]
+        np.testing.assert_allclose(expected, exact, rtol=1e-6)
     if scale.ordered:
         plain = (codes % scale.bins).astype(np.float32)
         slow = [slow_best_threshold(row[None], weights, targets) for row in plain]

@@ -56,7 +56,7 @@ def run(tmp_path):
     backgrounds = read_negatives(clutter(tmp_path / "backgrounds")).images
 
     def make(name="out", jobs=1, mode="basic", stages=4, search="screened", **more):
-        goal = StageGoal(0.99, 0.4, **more)
+        goal = StageGoal(0.95, 0.4, **more)
         plan = Plan(Pool(mode, SIDE, SIDE), goal, stages, negatives=150, seed=7, search=search)
         return Run(plan, marks(120, 1), backgrounds, tmp_path / name, jobs)
 
@@ -78,7 +78,7 @@ def test_a_cascade_is_trained_that_finds_the_marks(run, mode):
     fresh = marks(200, 99)
     size = (SIDE, SIDE)
     seen = np.array([len(detector.detectMultiScale(mark, 1.1, 0, 0, size, size)) > 0 for mark in fresh])
-    assert seen.mean() > 0.85
+    assert seen.mean() > 0.75
     assert (trained.cascade.passes(fresh) == seen).all()
     noise = np.random.default_rng(0).integers(0, 256, (300, SIDE, SIDE)).astype(np.uint8)
     assert trained.cascade.passes(noise).mean() < 0.15
@@ -93,7 +93,8 @@ def test_records_say_what_happened(run):
         part = Cascade(task.plan.pool, trained.cascade.stages[: number + 1])
         assert line["positives_left"] == record.positives_left == part.passes(task.positives).sum()
         assert line["trees"] == len(trained.cascade.stages[number].trees)
-        assert record.negatives == 150 and record.hit_rate >= 0.99 and record.false_alarm <= 0.4
+        assert record.negatives == 150 and record.hit_rate >= 0.95 and record.false_alarm <= 0.4
+    assert trained.records[-1].positives_left < 120
     rates = [record.before.value for record in trained.records]
     assert (np.diff(rates) < 0).all()
 

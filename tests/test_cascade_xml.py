@@ -301,5 +301,14 @@ def test_mutated_cascades_never_harm_the_process():
     assert refused > MUTATIONS / 2
 
 
+def test_a_window_without_contrast_is_no_hit_of_a_single_stage():
+    """OpenCV returns -1 both for such a window and for one that fails the second stage."""
+    xml = check_cascade(TREES)[1]
+    storage = cv2.FileStorage(xml, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
+    classifier = cv2.CascadeClassifier()
+    assert classifier.read(storage.getFirstTopLevelNode())
+    assert windows_of(classifier, np.full((40, 40), 90, np.uint8)) == []
+
+
 if __name__ == "__main__":
     survive_mutations()

@@ -121,15 +121,15 @@ def _descriptor(arrays: Mapping[str, NDArray]) -> cv2.HOGDescriptor:
     if values[7] != cv2.HOGDESCRIPTOR_L2HYS:
         raise ModelError(f"histogramNormType is {values[7]}, OpenCV knows {cv2.HOGDESCRIPTOR_L2HYS}")
     descriptor = cv2.HOGDescriptor(*values)
-    vector = np.append(_array(arrays, "weights"), _argument(arrays, "bias")).astype(np.float32)
+    vector = np.append(_array(arrays, "weights"), _argument(arrays, "bias"))
     if len(vector) != descriptor.getDescriptorSize() + 1:
         raise ModelError(
             f"{len(vector) - 1} weights for {descriptor.getDescriptorSize()} values of the window"
         )
-    if not np.isfinite(vector).all():
+    if not (np.abs(vector) < np.finfo(np.float32).max).all():
         raise ModelError("the weights are not finite")
     _check_memory(descriptor)
-    descriptor.setSVMDetector(vector)
+    descriptor.setSVMDetector(vector.astype(np.float32))
     return descriptor
 
 
@@ -143,7 +143,8 @@ def _argument(arrays: Mapping[str, NDArray], name: str) -> Any:
     kind, values = ARGUMENTS.get(name, float), _array(arrays, name)
     count = 2 if kind is tuple else 1
     if len(values) != count or not (np.abs(values) < _INT32_END).all():
-        raise ModelError(f"{name} must be {count} numbers of 32 bits, is {values[:4].tolist()}")
+        numbers = "two numbers" if count == 2 else "one number"
+        raise ModelError(f"{name} must be {numbers} of 32 bits, is {values[:4].tolist()}")
     return tuple(int(value) for value in values) if kind is tuple else kind(values[0])
 
 

@@ -68,11 +68,11 @@ def plain_levels(evidence: Evidence, card: Card) -> Iterator[Level]:
     Pixels count as `SquareGrid` makes them square.
     """
     height, width = evidence.scan.shape
-    _, *pitches = sample_pitch(evidence.scan, np.ones(evidence.scan.shape, np.bool_))
-    pitch = min(float(np.median(pitch)) for pitch in pitches)
-    enlarge = np.clip(max(card.window) * pitch / np.radians(ENLARGE_ABOVE_DEG), 1, MAX_ENLARGE)
-    up, across = SquareGrid.of(evidence.scan, float(enlarge)).scale
-    window = card.window[0] / across, card.window[1] / up
+    up, across = SquareGrid.of(evidence.scan).scale
+    _, _, pitch_up = sample_pitch(evidence.scan, np.ones(evidence.scan.shape, np.bool_))
+    own_deg = np.degrees(max(card.window) * np.median(pitch_up) / up)
+    enlarge = float(np.clip(own_deg / ENLARGE_ABOVE_DEG, 1, MAX_ENLARGE))
+    window = card.window[0] / across / enlarge, card.window[1] / up / enlarge
     everywhere = np.ones((1, 1), np.bool_)
     while window[0] <= width and window[1] <= height:
         yield Level(window, (width, height), (0, 0), everywhere)

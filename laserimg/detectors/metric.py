@@ -13,14 +13,17 @@ from laserimg.evidence import Evidence
 from laserimg.formats.card import Card
 from laserimg.scan import Float32Array
 
-# A window is searched if at least this share of its pixels has a range that fits its size. The range in the
-# middle alone will not do: that of a chair often looks through the gap to what is behind.
-MIN_FITTING = 0.15
-# Where windows are searched is decided in cells, about so many to a side of a window.
-_CELLS_PER_WINDOW = 4
+# A place is searched if at least this share of the object's box there has a range that fits its size. The
+# range in the middle alone will not do: that of a chair often looks through the gap to what is behind.
+MIN_FITTING = 0.2
+# Where to search is decided in cells: the object's box has so many across and down. An odd number, so that a
+# box has one in the middle.
+_CELLS = 5
 # The pitch varies slowly, apart from noise: means over this part of the grid's sides are enough.
 _PITCH_CELLS = 128
 _NO_RETURN = -128
+# Where the object is wider than here, not all of its width is asked whether it fits.
+_NARROW = 0.1
 
 
 def metric_levels(evidence: Evidence, card: Card) -> Iterator[Level]:
@@ -36,14 +39,16 @@ def metric_levels(evidence: Evidence, card: Card) -> Iterator[Level]:
     card : Card
         With `object_size_m`.
     """
-    width_m, height_m = (side * (1 + 2 * card.margin) for side in cast(Pair, card.object_size_m))
+    width_m, height_m = cast(Pair, card.object_size_m)
     steps = _steps(evidence, height_m)
     across, up = (_smooth(pitch) for pitch in evidence.pitch)
     ratios = width_m / height_m * up / across
-    first = np.ceil(np.log(card.window[1] / MAX_ENLARGE) / np.log(SCALE_STEP))
-    last = np.floor(np.log(steps.shape[0]) / np.log(SCALE_STEP))
-    for step in np.arange(first, last + 1):
-        yield from _levels_of_height(steps, float(step), ratios, card, evidence.scan.wraps)
+    narrow = float(np.quantile(ratios, _NARROW))
+    smallest = card.window[1] / MAX_ENLARGE / (1 + 2 * card.margin)
+    largest = steps.shape[0] / (1 + 2 * card.margin)
+    first, last = np.log([smallest, largest]) / np.log(SCALE_STEP)
+    for step in np.arange(np.ceil(first), np.floor(last) + 1):
+        yield from _levels_of_height(steps, float(step), ratios, narrow, card, evidence.scan.wraps)
 
 
 def _steps(evidence: Evidence, height_m: float) -> NDArray[np.int8]:
@@ -61,35 +66,30 @@ def _smooth(pitch: Float32Array) -> Float32Array:
 
 
 def _levels_of_height(
-    steps: NDArray[np.int8], step: float, ratios: Float32Array, card: Card, wraps: bool
+    steps: NDArray[np.int8], step: float, ratios: Float32Array, narrow: float, card: Card, wraps: bool
 ) -> Iterator[Level]:
-    """Yield the parts of the grid where the object has this height."""
-    height, extent = float(SCALE_STEP**step), np.array(steps.shape)
-    sides = np.array([height, height * float(np.median(ratios))])
-    shape = np.clip(np.rint(_CELLS_PER_WINDOW * extent / sides), 1, extent).astype(int)
-    cell = extent / shape
-    around = _sampled(ratios, shape)
-    fitting = np.asarray(cv2.inRange(_sampled(steps, shape), step - 1, step + 1), np.uint8)
-    marked = _means(fitting, sides / cell, wraps) >= 255 * MIN_FITTING
-    marked &= (around * height >= card.window[0] / MAX_ENLARGE) & (around * height <= extent[1])
-    for part in parts_of(marked, around * (cell[0] / cell[1]), height / cell[0]):
-        window = part.ratio * height * cell[1] / cell[0], height
+    """Yield the parts of the grid where the object has one height."""
+    height, extent = SCALE_STEP**step, np.array(steps.shape[::-1])
+    side = height * np.array([narrow, 1])
+    cells = np.clip(np.rint(_CELLS * extent / side), 1, extent).astype(int)
+    cell = extent / cells
+    sampled = cv2.resize(steps, cells.tolist(), interpolation=cv2.INTER_NEAREST_EXACT)
+    fitting = np.asarray(cv2.inRange(sampled, step - 1, step + 1), np.uint8)
+    if not fitting.any():
+        return
+    marked = _means(fitting, side / cell, wraps) >= 255 * MIN_FITTING
+    height *= 1 + 2 * card.margin
+    widths = height * np.asarray(cv2.resize(ratios, cells.tolist(), interpolation=cv2.INTER_NEAREST_EXACT))
+    marked &= (widths >= card.window[0] / MAX_ENLARGE) & (widths <= extent[0])
+    for part in parts_of(marked, widths / np.float32(cell[0]), height / cell[1]):
+        window = part.width * cell[0], height
         centres = marked[part.rows, part.columns]
-        yield Level(window, (cell[1], cell[0]), (part.columns.start, part.rows.start), centres)
+        yield Level(window, (cell[0], cell[1]), (part.columns.start, part.rows.start), centres)
 
 
-def _sampled(grid: NDArray, shape: NDArray[np.intp]) -> NDArray:
-    """The values in the middles of cells."""
-    rows, columns = (
-        ((np.arange(cells) + 0.5) * extent / cells).astype(int)
-        for cells, extent in zip(shape, grid.shape, strict=True)
-    )
-    return grid[rows[:, None], columns]
-
-
-def _means(fitting: NDArray[np.uint8], window: NDArray[np.float64], wraps: bool) -> NDArray[np.uint8]:
-    """Means over a window around each cell; what lies outside the grid counts as 0."""
-    height, width = (2 * np.rint((window - 1) / 2) + 1).astype(int).tolist()
+def _means(fitting: NDArray[np.uint8], box: NDArray[np.float64], wraps: bool) -> NDArray[np.uint8]:
+    """Means over a box of cells around each cell; what lies outside the grid counts as 0."""
+    width, height = (2 * np.rint((box - 1) / 2) + 1).astype(int).tolist()
     beyond = min(width, fitting.shape[1]) if wraps else 0
     padded = cv2.copyMakeBorder(fitting, 0, 0, beyond, beyond, cv2.BORDER_WRAP)
     means = np.asarray(cv2.blur(padded, (width, height), borderType=cv2.BORDER_CONSTANT), np.uint8)

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from laserimg.detectors.levels import SCALE_STEP
 from laserimg.scan import BoolArray, Float32Array
 
 Rectangle = tuple[slice, slice]
 
-# Within a part the ratio of a window's width to its height varies by no more than this factor.
-MAX_SPREAD = 1.3
+# The width of a window varies by no more than this within a part: it is wrong by one step of scale at most.
+MAX_SPREAD = SCALE_STEP**2
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +22,7 @@ class Part:
     ----------
     rows, columns : slice
     narrowest, widest : float
-        Width of a window over its height, in cells: the least and the largest of the marked cells.
+        Width of a window in cells: the least and the largest at its marked cells.
     """
 
     rows: slice
@@ -30,8 +31,8 @@ class Part:
     widest: float
 
     @property
-    def ratio(self) -> float:
-        """The ratio that is wrong by the same factor for the narrowest and the widest."""
+    def width(self) -> float:
+        """The width that is wrong by the same factor for the narrowest and the widest."""
         return float(np.sqrt(self.narrowest * self.widest))
 
     @property
@@ -42,7 +43,7 @@ class Part:
     def cost(self, height: float) -> float:
         """Return the pixels searched, in windows: those of the part and half a window more on every side."""
         rows, columns = self.rows.stop - self.rows.start, self.columns.stop - self.columns.start
-        return (rows / height + 1) * (columns / (height * self.ratio) + 1)
+        return (rows / height + 1) * (columns / self.width + 1)
 
     def halves(self) -> Iterator[tuple[Rectangle, ...]]:
         """Yield its upper and lower half, and its left and right half."""
@@ -53,24 +54,24 @@ class Part:
                 yield tuple((one, self.columns) if axis == 0 else (self.rows, one) for one in pair)
 
 
-def parts_of(marked: BoolArray, ratios: Float32Array, height: float) -> list[Part]:
+def parts_of(marked: BoolArray, widths: Float32Array, height: float) -> list[Part]:
     """Return disjoint rectangles that hold all marked cells.
 
-    A part is halved while its windows differ too much in ratio, or when the halves are quicker to search.
+    A part is halved while its windows differ too much in width, or when the halves are quicker to search.
 
     Parameters
     ----------
     marked : (h, w) array of bool
         Cells where a window may have its centre.
-    ratios : (h, w) array
-        Width of a window there over its height, in cells.
+    widths : (h, w) array
+        Width of a window there, in cells.
     height : float
-        Height of a window in cells.
+        Height of a window, in cells.
     """
-    found, waiting = [], _parts(marked, ratios, [(slice(0, marked.shape[0]), slice(0, marked.shape[1]))])
+    found, waiting = [], _parts(marked, widths, [(slice(0, marked.shape[0]), slice(0, marked.shape[1]))])
     while waiting:
         part = waiting.pop()
-        options = [_parts(marked, ratios, halves) for halves in part.halves()]
+        options = [_parts(marked, widths, halves) for halves in part.halves()]
         if options and part.spread > MAX_SPREAD:
             waiting += min(options, key=lambda halves: max(half.spread for half in halves))
             continue
@@ -86,14 +87,14 @@ def _cost(parts: list[Part], height: float) -> float:
     return sum(part.cost(height) for part in parts)
 
 
-def _parts(marked: BoolArray, ratios: Float32Array, rectangles: Iterable[Rectangle]) -> list[Part]:
+def _parts(marked: BoolArray, widths: Float32Array, rectangles: Iterable[Rectangle]) -> list[Part]:
     """The parts in some rectangles; none in one without a marked cell."""
     parts = []
     for rows, columns in rectangles:
         inside = marked[rows, columns]
         row, column = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
         if row.size:
-            of_cells = ratios[rows, columns][inside]
+            of_cells = widths[rows, columns][inside]
             parts.append(
                 Part(
                     slice(rows.start + int(row[0]), rows.start + int(row[-1]) + 1),

@@ -66,7 +66,10 @@ def load_model(path: Path, image: str | None = None, label: str | None = None) -
 
 def _check_fit(path: Path, card: Card, kind: str, window: tuple[int, ...]) -> None:
     if (card.kind, card.window) != (kind, window):
-        raise ModelError(f"{path}: says {card.kind} {card.window}, the detector is {kind} {window}")
+        says, holds = (
+            f"{k} with a window of {w[0]}x{w[1]}" for k, w in ((card.kind, card.window), (kind, window))
+        )
+        raise ModelError(f"{path}: says {says}, the detector is {holds}")
 
 
 def _made_up_card(path: Path, info: CascadeInfo, image: str | None, label: str | None) -> Card:

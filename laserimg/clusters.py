@@ -22,8 +22,10 @@ LINK = 1 / 30
 BRIDGES = (2, 4, 8)
 MAX_REACH = 16
 
-# Planes are searched on about so many pixels of the lattice; the angles between rays vary slower.
-_THIN_PIXELS, _THIN_ANGLES = 10_000, 2_500
+# Planes are searched on about so many pixels of the lattice.
+_THIN_PIXELS = 10_000
+# Rows and columns that the angles between rays are taken from.
+_FEW = 4
 _LOG_STEPS = 5000
 
 
@@ -84,72 +86,76 @@ def standing_objects(scan: Scan, floor: Floor | None) -> BoolArray:
     objects = scan.valid
     if floor is not None:
         objects &= heights_over(floor.plane, scan.range, scan.directions) > floor.clearance_m
-    step = _thinning(scan.shape, _THIN_PIXELS)
+    step = max(1, round(np.sqrt(objects.size / _THIN_PIXELS)))
     thin_points = scan.range[::step, ::step, None] * scan.directions[::step, ::step]
-    pitch = _median_pitch(scan.directions, step)
-    for large in large_planes(thin_points, np.ascontiguousarray(objects[::step, ::step]), pitch):
+    across, up = _median_pitch(scan.directions)
+    thin_objects = np.ascontiguousarray(objects[::step, ::step])
+    for large in large_planes(thin_points, thin_objects, (across * step, up * step)):
         _take_out(objects, scan, large, step)
     return objects
 
 
 def link_limits(directions: Float32Array, link: float) -> dict[Offset, NDArray[np.uint16]]:
-    """Return, for every offset compared, the largest difference of log range that links two pixels.
+    """Return, for every offset, the largest difference of log range that links two pixels, in fixed point.
 
     The squared distance of two returns as a share of their range is the squared difference of log
     range plus the squared chord between the rays. Neighbouring rays may always be linked, by at
     least half of `link`: some scanners have beams farther apart than that.
     """
-    shape = directions.shape[:2]
-    step = _thinning(shape, _THIN_ANGLES)
     limits = {}
-    for offset in _offsets(directions, link, step):
-        room = link**2 - _squared_chord(directions, offset, step)
-        room = np.sqrt(np.maximum(room, (link / 2) ** 2 if max(offset) == 1 else 0))
-        limits[offset] = _enlarged(np.rint(room * _LOG_STEPS).astype(np.uint16), shape)
+    for offset in _offsets(directions, link):
+        least = (link / 2) ** 2 if max(offset) == 1 else 0.0
+        limits[offset] = _fixed_limit(*_squared_chords(directions, offset), link**2, least)
     return limits
 
 
-def _enlarged(thin: NDArray[np.uint16], shape: tuple[int, int]) -> NDArray[np.uint16]:
-    """Return a thinned lattice at full size; one row or column, seen as many, where that says it all."""
-    if np.ptp(thin, axis=1).max() <= 1:
-        thin, size = thin[:, :1], (1, shape[0])
-    elif np.ptp(thin, axis=0).max() <= 1:
-        thin, size = thin[:1], (shape[1], 1)
-    else:
-        size = (shape[1], shape[0])
-    full = cv2.resize(np.ascontiguousarray(thin), size, interpolation=cv2.INTER_LINEAR)
-    return np.broadcast_to(np.asarray(full, np.uint16).reshape(size[::-1]), shape)
-
-
-def _offsets(directions: Float32Array, link: float, step: int) -> list[Offset]:
+def _offsets(directions: Float32Array, link: float) -> list[Offset]:
     """Offsets worth comparing, up to the farthest whose rays are no more than `link` apart."""
     offsets: list[Offset] = []
-    for axis, pitch in enumerate(_median_pitch(directions, step)):
-        farthest = min(int(link * step / max(pitch, 1e-6)), MAX_REACH, directions.shape[1 - axis] // 2 - 1)
+    for axis, pitch in enumerate(_median_pitch(directions)):
+        farthest = min(int(link / max(pitch, 1e-6)), MAX_REACH, directions.shape[1 - axis] // 2 - 1)
         reaches = sorted({1, *(reach for reach in BRIDGES if reach < farthest), max(farthest, 1)})
         offsets += [(0, reach) if axis == 0 else (reach, 0) for reach in reaches]
     return offsets
 
 
-def _squared_chord(directions: Float32Array, offset: Offset, step: int) -> Float32Array:
-    """Squared distance of the tips of two rays `offset` apart, on a lattice thinned by `step`."""
+def _median_pitch(directions: Float32Array) -> tuple[float, float]:
+    """Median angle between neighbouring rays, across and up."""
+    across = np.median(_squared_chords(directions, (0, 1))[1])
+    up = np.median(_squared_chords(directions, (1, 0))[0])
+    return float(np.sqrt(across)), float(np.sqrt(up))
+
+
+def _squared_chords(directions: Float32Array, offset: Offset) -> tuple[NDArray, NDArray]:
+    """Squared distance of the tips of two rays `offset` apart: means of rows (H,) and columns (W,).
+
+    A panorama's, a tilting laser's and an unevenly turned head's are products of a factor of the
+    row and one of the column, so that a few columns tell all rows and a few rows all columns.
+    """
     rows, columns = offset
-    first = directions[: directions.shape[0] - rows : step, : directions.shape[1] - columns : step]
-    second = directions[rows::step, columns::step]
-    difference = second - first
-    return np.einsum("ijk,ijk->ij", difference, difference)
+    height, width = directions.shape[0] - rows, directions.shape[1] - columns
+    few_rows = np.linspace(0, height - 1, _FEW).astype(int)
+    few_columns = np.linspace(0, width - 1, _FEW).astype(int)
+    of_rows = directions[rows:][:, few_columns + columns] - directions[:height][:, few_columns]
+    of_columns = directions[few_rows + rows][:, columns:] - directions[few_rows][:, :width]
+    by_row = np.einsum("ijk,ijk->i", of_rows, of_rows) / _FEW
+    by_column = np.einsum("ijk,ijk->j", of_columns, of_columns) / _FEW
+    return np.pad(by_row, (0, rows), mode="edge"), np.pad(by_column, (0, columns), mode="edge")
 
 
-def _thinning(shape: tuple[int, int], pixels: int) -> int:
-    """Step that leaves about so many pixels of the lattice."""
-    return max(1, round(np.sqrt(shape[0] * shape[1] / pixels)))
-
-
-def _median_pitch(directions: Float32Array, step: int) -> tuple[float, float]:
-    across, up = (
-        float(np.sqrt(np.median(_squared_chord(directions, offset, step)))) for offset in ((0, 1), (1, 0))
-    )
-    return across * step, up * step
+def _fixed_limit(
+    by_row: NDArray, by_column: NDArray, link_squared: float, least: float
+) -> NDArray[np.uint16]:
+    """Limit (H, W) of the difference of log range; seen from one row or column where that says it all."""
+    across, down = (np.ptp(values) <= 0.02 * link_squared for values in (by_column, by_row))
+    if across:
+        chord = by_row[:, None]
+    elif down:
+        chord = by_column[None]
+    else:
+        chord = by_row[:, None] * (by_column / max(float(by_column.mean()), 1e-12))[None]
+    limit = np.rint(np.sqrt(np.maximum(link_squared - chord, least)) * _LOG_STEPS).astype(np.uint16)
+    return np.broadcast_to(limit, (len(by_row), len(by_column)))
 
 
 def _take_out(objects: BoolArray, scan: Scan, large: LargePlane, step: int) -> None:

@@ -3,7 +3,20 @@
 import typer
 
 import laserimg
-from laserimg.cli import card, convert, demo, detect, evaluate, images, info, rules, samples, show, train
+from laserimg.cli import (
+    card,
+    convert,
+    demo,
+    detect,
+    evaluate,
+    images,
+    info,
+    rules,
+    samples,
+    show,
+    train,
+    train_hog,
+)
 
 app = typer.Typer(
     name="laserimg",
@@ -39,5 +52,6 @@ app.command()(card.card)
 app.command()(info.info)
 app.command()(convert.convert)
 app.command()(images.images)
+train.app.command()(train_hog.hog)
 app.add_typer(train.app)
 app.command()(samples.samples)

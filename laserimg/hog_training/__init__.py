@@ -1,0 +1,1 @@
+"""Training of HOG windows with a linear SVM, negatives mined in rounds."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from laserimg.clusters import LINK
 from laserimg.errors import ConfigError, ScanError
@@ -155,7 +155,7 @@ def _components(points: Array, length: Array, ratio: float) -> Indices:
     place = np.column_stack([np.log(length), points / length[:, None]])
     cell_of, order, start = _cells(place, ratio * _SURE / np.sqrt(3))
     leader = place[order[start]]
-    tree = cKDTree(leader)
+    tree = KDTree(leader)
     cell = _joined(len(start), tree.query_pairs(ratio * _SURE, output_type="ndarray"))
     candidates = _apart(place[order], start, cell, ratio / (1 - ratio))
     members = order, start, np.diff(start, append=len(order))
@@ -209,10 +209,10 @@ def _apart(place: Array, start: Indices, component: Indices, reach: float) -> ND
     near = ~largest
     if largest.any() and near.any():
         cells = np.flatnonzero(largest)
-        distance, _ = cKDTree(middle[near]).query(middle[cells], distance_upper_bound=across)
+        distance, _ = KDTree(middle[near]).query(middle[cells], distance_upper_bound=across)
         near[cells[np.isfinite(distance)]] = True
     cells = np.flatnonzero(near)
-    pairs = cells[cKDTree(middle[cells]).query_pairs(across, output_type="ndarray")].reshape(-1, 2)
+    pairs = cells[KDTree(middle[cells]).query_pairs(across, output_type="ndarray")].reshape(-1, 2)
     pairs = pairs[component[pairs[:, 0]] != component[pairs[:, 1]]]
     one, other = pairs.T
     gap = np.maximum(low[one] - high[other], low[other] - high[one])

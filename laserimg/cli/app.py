@@ -5,6 +5,7 @@ import typer
 import laserimg
 from laserimg.cli import (
     card,
+    classify,
     convert,
     demo,
     detect,
@@ -48,6 +49,7 @@ app.command()(detect.detect)
 app.command()(show.show)
 app.command()(evaluate.evaluate)
 app.add_typer(rules.app)
+app.add_typer(classify.app)
 app.command()(card.card)
 app.command()(info.info)
 app.command()(convert.convert)

@@ -1,0 +1,210 @@
+"""Where objects come from: folders of object clouds or crops, one folder a class, or boxes in scans."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from laserimg.classify.clouds import ObjectCloud
+from laserimg.classify.recipe import Recipe, describe_cloud, describe_images
+from laserimg.classify.views import crop_of_scan
+from laserimg.errors import LabelError, LaserImgError, ScanError
+from laserimg.files import read_bytes, without_compression
+from laserimg.formats.coco import Annotation
+from laserimg.formats.coco_file import read_coco
+from laserimg.ground import ground_of_scan
+from laserimg.rbnn import rbnn_of_scan
+from laserimg.readers import ascii as text
+from laserimg.readers import find_files, pcd, read_file, suffixes
+from laserimg.readers.npz import load_arrays
+from laserimg.scan import BoolArray, Float32Array, Scan
+
+_TEXT = {".xyz", ".txt", ".csv", ".asc", ".dat", ".pts"}
+
+
+class Source(NamedTuple):
+    """One object: where it is, its class ("" if not known), and how it is described."""
+
+    name: str
+    label: str
+    describe: Callable[[Recipe], Float32Array]
+
+
+class Described(NamedTuple):
+    """Objects as a classifier sees them, and what could not be read or described."""
+
+    names: list[str]
+    labels: NDArray[np.str_]
+    vectors: Float32Array
+    errors: list[str]
+
+
+def labelled_sources(path: Path, scale: float = 1.0) -> list[Source]:
+    """Return the objects of a folder with one folder a class, or of a COCO file with its scans.
+
+    Parameters
+    ----------
+    path : Path
+    scale : float
+        Metres of a unit of the points; 0.001 for millimetres.
+
+    Raises
+    ------
+    LabelError
+        If there is no such file or folder, or it holds no objects.
+    """
+    if not path.exists():
+        raise LabelError(f"{path}: no such file or folder")
+    if path.is_file():
+        found = _boxes(path)
+    else:
+        folders = sorted(folder for folder in path.iterdir() if folder.is_dir())
+        found = [source for folder in folders for source in _files(folder, folder.name, scale)]
+    if not found:
+        raise LabelError(
+            f"{path}: no objects; needs one folder a class with a file an object, or a COCO file"
+        )
+    return found
+
+
+def unlabelled_sources(paths: Iterable[Path], scale: float = 1.0) -> list[Source]:
+    """Return the objects of files, and of the files of folders."""
+    found = []
+    for path in paths:
+        found += _files(path, "", scale) if path.is_dir() else [_file(path, "", scale)]
+    return found
+
+
+def described(sources: Iterable[Source], recipe: Recipe) -> Described:
+    """Describe objects; those that cannot be are named in `errors`."""
+    names, labels, vectors, errors = [], [], [], []
+    for source in sources:
+        try:
+            vectors.append(source.describe(recipe))
+        except LaserImgError as error:
+            errors.append(f"{source.name}: {error}")
+            continue
+        names.append(source.name)
+        labels.append(source.label)
+    stacked = np.stack(vectors) if vectors else np.zeros((0, recipe.length), np.float32)
+    return Described(names, np.array(labels, dtype=np.str_), stacked, errors)
+
+
+def read_cloud(path: Path, scale: float = 1.0) -> ObjectCloud | None:
+    """Return the object of a file of points; None if the file is a range image or another scan.
+
+    Raises
+    ------
+    ScanError
+        If the file cannot be read, or holds too few points.
+    """
+    suffix = without_compression(path).suffix.lower()
+    if suffix in _TEXT:
+        points, values = next(text.read_points(path))
+    elif suffix == ".pcd":
+        points, values = pcd.read_points(path)
+    elif suffix == ".npz":
+        arrays = load_arrays(read_bytes(path))
+        if "points" not in arrays:
+            return None
+        points, values = arrays["points"], arrays.get("reflectance")
+    else:
+        return None
+    return ObjectCloud(np.asarray(points, np.float64) * scale, values)
+
+
+def object_in_box(scan: Scan, box: tuple[float, float, float, float]) -> BoolArray:
+    """Return the pixels (H, W) of the object in a box: the largest cluster in it, without the ground.
+
+    Raises
+    ------
+    ScanError
+        If nothing in the box is an object.
+    """
+    x, y, w, h = (round(value) for value in box)
+    inside = np.zeros(scan.shape, np.bool_)
+    columns = np.arange(x, x + max(w, 1))
+    columns = columns % scan.shape[1] if scan.wraps else columns[(columns >= 0) & (columns < scan.shape[1])]
+    inside[max(y, 0) : y + max(h, 1), columns] = True
+    ground = _ground_of(scan)
+    clusters = rbnn_of_scan(scan, inside if ground is None else inside & ~ground, min_points=2, reach=(2, 2))
+    sizes = np.bincount(clusters.ravel())
+    if len(sizes) < 2:
+        raise ScanError("no object in the box: no two returns hold together")
+    return clusters == int(np.argmax(sizes[1:])) + 1
+
+
+def _files(folder: Path, label: str, scale: float) -> list[Source]:
+    known = set(suffixes())
+    files = sorted(
+        path
+        for path in folder.rglob("*")
+        if path.is_file()
+        and not path.name.startswith(".")
+        and without_compression(path).suffix.lower() in known
+    )
+    return [_file(path, label, scale) for path in files]
+
+
+def _file(path: Path, label: str, scale: float) -> Source:
+    def describe(recipe: Recipe) -> Float32Array:
+        cloud = read_cloud(path, scale)
+        if cloud is not None:
+            return describe_cloud(cloud, recipe)
+        scan = _without_path(path, 0)
+        return _describe_crop(scan, scan.valid, recipe)
+
+    return Source(str(path), label, describe)
+
+
+def _boxes(path: Path) -> list[Source]:
+    coco = read_coco(path)
+    files = {image.id: image for image in coco.images}
+    found = []
+    for entry in coco.annotations:
+        if entry.accepted is False or entry.iscrowd:
+            continue
+        image = files[entry.image_id]
+        label = coco.labels[entry.category_id]
+        found.append(_box(path.parent / image.file_name, image.scan, entry, label))
+    return found
+
+
+def _box(file: Path, index: int, entry: Annotation, label: str) -> Source:
+    def describe(recipe: Recipe) -> Float32Array:
+        scan = _without_path(file, index)
+        return _describe_crop(scan, object_in_box(scan, entry.bbox), recipe)
+
+    return Source(f"{file} [{index}] box {entry.id}", label, describe)
+
+
+def _describe_crop(scan: Scan, mask: BoolArray, recipe: Recipe) -> Float32Array:
+    points = scan.points()[mask].astype(np.float64) @ scan.world_from_scan[:3, :3].T
+    return describe_images(crop_of_scan(scan, mask), points, recipe)
+
+
+def _without_path(path: Path, index: int) -> Scan:
+    """Read a scan; the error says what is wrong, the caller where."""
+    try:
+        return _scan(path, index)
+    except ScanError as error:
+        raise ScanError(str(error).removeprefix(f"{path}: ")) from error
+
+
+@lru_cache(maxsize=1)
+def _scan(path: Path, index: int) -> Scan:
+    for file in find_files([path]):
+        for scan in read_file(file):
+            if scan.index == index:
+                return replace(scan, source=str(path))
+    raise ScanError(f"has no scan {index}")
+
+
+@lru_cache(maxsize=1)
+def _ground_of(scan: Scan) -> BoolArray | None:
+    ground = ground_of_scan(scan)
+    return None if ground is None else ground.mask

@@ -1,0 +1,288 @@
+"""``laserimg classify``: which class an object is, from its range and reflectance images."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from laserimg.classify import ClassTable, Recipe
+    from laserimg.classify.sources import Described, Source
+
+app = typer.Typer(
+    name="classify",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="""
+Train and use a classifier of objects: HONV, HOG and 3DHOG with a linear support vector machine.
+
+\b
+  laserimg classify train objects/ --features honv+hog --size -o objects.npz
+  laserimg classify evaluate objects.npz more-objects/
+  laserimg classify evaluate --leave-one-out objects/ --features 3dhog
+  laserimg classify predict objects.npz cloud.xyz
+
+\b
+objects/ has one folder a class, with one file an object: points (xyz, csv, txt, pcd, npz with
+"points") or a range image (npz, png). A COCO file with its scans works too.
+
+\b
+Features:
+  honv        normals of the range image
+  honv+hog    and gradients of the reflectance image
+  3dhog       gradients of the reflectance image, laid onto the surface
+  3dhog+hog   both kinds of gradients
+""",
+)
+
+_FEATURES = Annotated[str, typer.Option(help="honv, honv+hog, 3dhog or 3dhog+hog.")]
+_VIEWS = Annotated[int, typer.Option(min=1, max=64, help="Virtual places around an object cloud.")]
+_SIZE = Annotated[bool, typer.Option("--size", help="Append height, length and breadth (not in the paper).")]
+_APPEARANCE = Annotated[
+    str, typer.Option(help="Image for gradients: reflectance, or range in its place (control).")
+]
+_SCALE = Annotated[
+    float, typer.Option(min=1e-6, max=1e6, help="Metres of a unit of the points; 0.001 for millimetres.")
+]
+_JSON = Annotated[bool, typer.Option("--json", help="Print JSON, not a table.")]
+_QUIET = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+
+
+@app.command()
+def train(
+    folder: Annotated[Path, typer.Argument(help="One folder a class with a file an object, or a COCO file.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="Model to write (.npz).")],
+    features: _FEATURES = "honv+hog",
+    views: _VIEWS = 4,
+    size: _SIZE = False,
+    appearance: _APPEARANCE = "reflectance",
+    scale: _SCALE = 1.0,
+    margin: Annotated[
+        float, typer.Option(min=0, help="Best decision value less the second, below which it is unknown.")
+    ] = 0.0,
+    as_json: _JSON = False,
+    quiet: _QUIET = False,
+) -> None:
+    """Train a classifier; prints how it does on each object when that is left out.
+
+    \b
+      laserimg classify train objects/ -o objects.npz
+      laserimg classify train objects/ --features 3dhog --views 8 --scale 0.001 -o objects.npz
+      laserimg classify train scans.coco.json --features honv -o objects.npz
+    """
+    from laserimg.classify import save_model
+
+    recipe = _recipe(features, views, size, appearance)
+    found = _described(_labelled(folder, scale), recipe, quiet)
+    from laserimg.classify.training import train as train_model
+
+    trained = train_model(found.vectors, found.labels, recipe, margin)
+    save_model(out, trained.model)
+    table = _table_of(trained.left_out, found.labels, margin)
+    if as_json:
+        _print_json(table, {"model": str(out), "recipe": recipe.as_dict(), "method": "leave-one-out"}, found)
+    elif not quiet:
+        typer.echo(f"{len(found.labels)} objects, each classified by a machine trained without it:")
+        _print_table(table)
+        typer.echo(f"model of all objects: {out}")
+    _end(found)
+
+
+@app.command()
+def evaluate(
+    paths: Annotated[
+        list[Path], typer.Argument(metavar="[MODEL] FOLDER", help="Model and objects, or objects alone.")
+    ],
+    leave_one_out: Annotated[
+        bool, typer.Option("--leave-one-out", help="No model: train without each object in turn.")
+    ] = False,
+    folds: Annotated[
+        int | None, typer.Option(min=2, help="No model: train without each of so many parts in turn.")
+    ] = None,
+    repeats: Annotated[int, typer.Option(min=1, help="Divisions into parts to average.")] = 5,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="Picture of the confusion matrix (.png).")
+    ] = None,
+    features: _FEATURES = "honv+hog",
+    views: _VIEWS = 4,
+    size: _SIZE = False,
+    appearance: _APPEARANCE = "reflectance",
+    scale: _SCALE = 1.0,
+    margin: Annotated[float | None, typer.Option(min=0, help="In place of the model's.")] = None,
+    as_json: _JSON = False,
+    quiet: _QUIET = False,
+) -> None:
+    """Compare a classifier with objects of known class, or a kind of classifier by leaving objects out.
+
+    \b
+      laserimg classify evaluate objects.npz more-objects/ -o confusion.png
+      laserimg classify evaluate --leave-one-out objects/ --features 3dhog
+      laserimg classify evaluate --folds 5 objects/ --features honv+hog --size --json
+    """
+    cross = leave_one_out or folds is not None
+    if leave_one_out and folds is not None:
+        raise typer.BadParameter("give --leave-one-out or --folds, not both")
+    if len(paths) != 2 - cross:
+        needs = "one FOLDER" if cross else "MODEL and FOLDER (or --leave-one-out, or --folds)"
+        raise typer.BadParameter(f"needs {needs}")
+    if cross:
+        recipe = _recipe(features, views, size, appearance)
+        found = _described(_labelled(paths[0], scale), recipe, quiet)
+        table, method = _cross_validated(found, folds, repeats, margin or 0.0)
+    else:
+        from laserimg.classify import class_table, load_model
+
+        model = load_model(paths[0])
+        recipe, method = model.recipe, "model"
+        found = _described(_labelled(paths[1], scale), recipe, quiet)
+        table = class_table(found.labels, _names(model.classify(found.vectors, margin)), model.labels)
+    if out is not None:
+        from laserimg.classify.picture import confusion_picture
+        from laserimg.images import write_png
+
+        write_png(out, confusion_picture(table))
+    if as_json:
+        _print_json(table, {"recipe": recipe.as_dict(), "method": method}, found)
+    elif not quiet:
+        _print_table(table)
+        if out is not None:
+            typer.echo(f"confusion matrix: {out}")
+    _end(found)
+
+
+@app.command()
+def predict(
+    model: Annotated[Path, typer.Argument(help="Model of `laserimg classify train`.")],
+    files: Annotated[list[Path], typer.Argument(help="Object clouds or crops, or folders of them.")],
+    scale: _SCALE = 1.0,
+    margin: Annotated[float | None, typer.Option(min=0, help="In place of the model's.")] = None,
+    as_json: _JSON = False,
+    quiet: _QUIET = False,
+) -> None:
+    """Print the class and the confidence of every object.
+
+    \b
+      laserimg classify predict objects.npz cloud.xyz
+      laserimg classify predict objects.npz unknown/ --scale 0.001 --json
+    """
+    import json
+
+    from laserimg.classify import load_model
+    from laserimg.classify.sources import unlabelled_sources
+
+    loaded = load_model(model)
+    found = _described(unlabelled_sources(files, scale), loaded.recipe, quiet, may_be_empty=True)
+    verdicts = loaded.classify(found.vectors, margin)
+    if as_json:
+        rows = [
+            {"file": name, "class": verdict.label, "confidence": round(verdict.confidence, 4)}
+            for name, verdict in zip(found.names, verdicts, strict=True)
+        ]
+        typer.echo(json.dumps(rows, indent=1))
+    elif not quiet:
+        width = max((len(verdict.label) for verdict in verdicts), default=0)
+        for name, verdict in zip(found.names, verdicts, strict=True):
+            typer.echo(f"{verdict.label:<{width}}  {verdict.confidence:.2f}  {name}")
+    _end(found)
+
+
+def _recipe(features: str, views: int, size: bool, appearance: str) -> "Recipe":
+    from laserimg.classify import Recipe
+    from laserimg.errors import ConfigError
+
+    try:
+        return Recipe.from_dict(
+            {"features": features, "views": views, "size": size, "appearance": appearance}
+        )
+    except ConfigError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
+def _labelled(folder: Path, scale: float) -> list["Source"]:
+    from laserimg.classify.sources import labelled_sources
+
+    return labelled_sources(folder, scale)
+
+
+def _described(
+    sources: list["Source"], recipe: "Recipe", quiet: bool, may_be_empty: bool = False
+) -> "Described":
+    from laserimg.classify.sources import described
+    from laserimg.cli.progress import track
+    from laserimg.errors import LabelError
+
+    found = described(track(sources, len(sources), "describing", quiet), recipe)
+    if not len(found.labels) and not may_be_empty:
+        raise LabelError(f"none of {len(sources)} objects can be described; {found.errors[0]}")
+    for line in found.errors:
+        typer.echo(f"laserimg: {line}", err=True)
+    return found
+
+
+def _cross_validated(
+    found: "Described", folds: int | None, repeats: int, margin: float
+) -> tuple["ClassTable", str]:
+    from laserimg.classify.validation import leave_one_out, repeated_folds
+
+    if folds is None:
+        decisions: Any = leave_one_out(found.vectors, found.labels)
+        return _table_of(decisions, found.labels, margin), "leave-one-out"
+    runs = repeated_folds(found.vectors, found.labels, folds, repeats)
+    return _table_of(runs, found.labels, margin), f"{folds} folds, {repeats} times"
+
+
+def _table_of(decisions: Any, labels: Any, margin: float) -> "ClassTable":
+    import numpy as np
+
+    from laserimg.classify import class_table
+    from laserimg.classify.model import verdicts
+
+    classes = tuple(np.unique(labels).tolist())
+    runs = decisions if isinstance(decisions, list) else [decisions]
+    return class_table(labels, [_names(verdicts(run, classes, margin=margin)) for run in runs])
+
+
+def _names(verdicts: Iterable[Any]) -> Any:
+    import numpy as np
+
+    return np.array([verdict.label for verdict in verdicts], dtype=np.str_)
+
+
+def _print_table(table: "ClassTable") -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    grid = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in ("", *table.labels, "Total"):
+        grid.add_column(heading, justify="right" if heading else "left")
+    total = table.images.sum(), table.detected.sum(), table.correct.sum()
+    for name, values, whole in zip(
+        ("Images", "Detected", "Correct"), (table.images, table.detected, table.correct), total, strict=True
+    ):
+        grid.add_row(name, *(f"{value:.5g}" for value in values), f"{whole:.5g}")
+    grid.add_row("Precision", *map(_percent, table.precision), "")
+    grid.add_row("Recall", *map(_percent, table.recall), _percent(table.accuracy))
+    console = Console(width=None if Console().is_terminal else 140)
+    console.print(grid)
+    low, high = table.interval()
+    typer.echo(
+        f"accuracy {table.accuracy:.1%} (95 % interval {low:.1%} to {high:.1%}), "
+        f"balanced {table.balanced_accuracy:.1%}"
+    )
+
+
+def _percent(share: float) -> str:
+    return "-" if share != share else f"{share:.1%}"
+
+
+def _print_json(table: "ClassTable", facts: dict[str, Any], found: "Described") -> None:
+    import json
+
+    typer.echo(json.dumps({**table.as_dict(), **facts, "failed": found.errors}, indent=1))
+
+
+def _end(found: "Described") -> None:
+    if found.errors:
+        raise typer.Exit(1)

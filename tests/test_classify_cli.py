@@ -1,0 +1,135 @@
+"""`laserimg classify`: train, evaluate, predict; what is wrong in one line."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from command import laserimg
+from laserimg.formats.npz import write_npz
+from test_classify import objects, room
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Balls, blocks and rods in millimetres with intensity and time, one folder a class."""
+    top = tmp_path_factory.mktemp("objects")
+    clouds, labels = objects(6)
+    for number, (cloud, label) in enumerate(zip(clouds, labels, strict=True)):
+        (top / label).mkdir(exist_ok=True)
+        time = np.arange(len(cloud.points))
+        table = np.column_stack([cloud.points * 1000, cloud.reflectance, time])
+        np.savetxt(top / label / f"{number:02}.csv", table, delimiter=",", fmt="%.3f")
+    return top
+
+
+@pytest.fixture(scope="module")
+def model(folder, tmp_path_factory):
+    path = tmp_path_factory.mktemp("model") / "m.npz"
+    done = laserimg(
+        "classify", "train", folder, "--features", "3dhog+hog", "--scale", "0.001", "--size", "-o", path
+    )
+    assert done.code == 0, done.err
+    assert "18 objects" in done.out and "Precision" in done.out and "95 % interval" in done.out
+    return path
+
+
+def test_evaluate_a_model(folder, model, tmp_path):
+    done = laserimg(
+        "classify", "evaluate", model, folder, "--scale", "0.001", "-o", tmp_path / "c.png", "--json"
+    )
+    assert done.code == 0, done.err
+    result = json.loads(done.out)
+    assert result["classes"]["rod"] == {
+        "images": 6, "detected": 6, "correct": 6, "precision": 1, "recall": 1
+    }  # fmt: skip
+    assert result["total"]["images"] == 18 and result["total"]["correct"] == 18
+    assert result["recipe"] == {
+        "features": "3dhog+hog", "views": 4, "size": True, "appearance": "reflectance"
+    }  # fmt: skip
+    assert cv2.imread(str(tmp_path / "c.png")).shape[0] > 300
+
+
+@pytest.mark.parametrize("how", [["--leave-one-out"], ["--folds", "3", "--repeats", "2"]])
+def test_evaluate_without_a_model(folder, how):
+    done = laserimg("classify", "evaluate", *how, folder, "--scale", "0.001", "--views", "2", "--json")
+    assert done.code == 0, done.err
+    total = json.loads(done.out)["total"]
+    assert total["images"] == 18 and total["accuracy"] > 0.9
+    assert total["accuracy_interval"][0] < total["accuracy"] <= total["accuracy_interval"][1]
+
+
+def test_predict(folder, model):
+    files = [folder / "rod" / "02.csv", folder / "ball" / "00.csv"]
+    done = laserimg("classify", "predict", model, *files, "--scale", "0.001", "--json")
+    assert done.code == 0, done.err
+    assert [row["class"] for row in json.loads(done.out)] == ["rod", "ball"]
+    assert all(0.34 < row["confidence"] <= 1 for row in json.loads(done.out))
+    unknown = laserimg("classify", "predict", model, folder / "rod", "--scale", "0.001", "--margin", "50")
+    assert unknown.out.count("unknown") == 6
+
+
+def test_a_broken_file_is_named_and_the_rest_is_done(folder, model, tmp_path):
+    broken = tmp_path / "broken.xyz"
+    broken.write_text("1 2 3\n4 5 6\n")
+    done = laserimg("classify", "predict", model, broken, folder / "rod" / "02.csv", "--scale", "0.001")
+    assert done.code == 1
+    assert done.out.startswith("rod")
+    assert done.err == f"laserimg: {broken}: an object needs at least 10 points, got 2\n"
+
+
+def test_no_reflectance_says_which_features_need_it(tmp_path):
+    for label, points in (("a", np.random.default_rng(0).random((50, 3))), ("b", np.eye(3).repeat(9, 0))):
+        (tmp_path / label).mkdir()
+        np.savetxt(tmp_path / label / "0.xyz", points)
+    done = laserimg("classify", "train", tmp_path, "--features", "3dhog", "-o", tmp_path / "m.npz")
+    assert done.code == 1 and len(done.err.splitlines()) == 1
+    assert "has no reflectance, which the features 3dhog need" in done.err
+    assert not (tmp_path / "m.npz").exists()
+
+
+def test_a_class_with_one_object(folder, tmp_path):
+    for label, count in (("rod", 2), ("ball", 1)):
+        (tmp_path / label).mkdir()
+        for file in sorted((folder / label).iterdir())[:count]:
+            (tmp_path / label / file.name).write_bytes(file.read_bytes())
+    done = laserimg("classify", "train", tmp_path, "--scale", "0.001", "-o", tmp_path / "m.npz")
+    assert (done.code, done.err) == (1, "laserimg: class ball has only 1 object; at least 2 are needed\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["evaluate", "only-one"], 2, "needs MODEL and FOLDER"),
+        (["evaluate", "--leave-one-out", "--folds", "3", "x"], 2, "not both"),
+        (["train", "x", "-o", "m.npz", "--features", "hog"], 2, "features must be one of"),
+        (["train", "missing", "-o", "m.npz"], 1, "missing: no such file or folder"),
+        (["predict", "missing.npz", "x"], 1, "missing.npz: no such file"),
+    ],
+)
+def test_wrong_usage(arguments, code, message, tmp_path):
+    done = laserimg("classify", *arguments, folder=tmp_path)
+    assert done.code == code and message in done.err
+
+
+def test_boxes_in_scans(tmp_path):
+    """A COCO file with its scan: two classes, two boxes each."""
+    write_npz(room(), tmp_path / "room.npz")
+    boxes = [(340, 20, 50, 60), (690, 20, 60, 60), (341, 21, 48, 58), (691, 21, 58, 58)]
+    coco = {
+        "images": [{"id": 1, "file_name": "room.npz", "width": 719, "height": 100}],
+        "categories": [{"id": 1, "name": "box"}, {"id": 2, "name": "block"}],
+        "annotations": [
+            {"id": n, "image_id": 1, "category_id": 1 + n % 2, "bbox": list(box)}
+            for n, box in enumerate(boxes)
+        ],
+    }
+    (tmp_path / "truth.json").write_text(json.dumps(coco))
+    done = laserimg(
+        "classify", "train", tmp_path / "truth.json", "--features", "honv", "-o", tmp_path / "m.npz"
+    )
+    assert done.code == 0, done.err
+    assert "4 objects" in done.out
+    done = laserimg("classify", "evaluate", tmp_path / "m.npz", tmp_path / "truth.json", "--json")
+    assert json.loads(done.out)["total"]["accuracy"] == 1

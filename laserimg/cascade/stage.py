@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.cascade.boosting import Kind, grow_tree, trimmed, working_sample
+from laserimg.cascade.boosting import KINDS, Kind, grow_tree, trimmed, working_sample
 from laserimg.cascade.model import Stage, Tree
 from laserimg.cascade.search import Search
 from laserimg.errors import ConfigError
@@ -40,6 +40,8 @@ class StageGoal:
         for name in ("min_hit_rate", "max_false_alarm", "trim"):
             if not 0 < getattr(self, name) <= 1:
                 raise ConfigError(f"{name} must be above 0 and at most 1, got {getattr(self, name)}")
+        if self.boost not in KINDS:
+            raise ConfigError(f"boost must be one of {', '.join(KINDS)}, got {self.boost}")
         if self.depth < 1 or self.max_trees < 1:
             raise ConfigError("depth and max_trees must be 1 or more")
 

@@ -23,7 +23,10 @@ def samples(
     dropped: float = typer.Option(0.0, help="Share of pixels without a return (0)."),
     mirror: bool = typer.Option(False, "--mirror", help="Mirror half of them."),
     invert: bool = typer.Option(False, "--invert", help="Invert half of them."),
-    image: str = typer.Option("", help="Which image of a scan: a mirrored normals.r is inverted."),
+    image: str = typer.Option("", help="Which image of a scan it is: a mirrored normals.r is inverted."),
+    images_of_scans: Path | None = typer.Option(
+        None, "--images", help="Labels of scans: the folder that laserimg images wrote; --image says which."
+    ),
     backgrounds: Path | None = typer.Option(None, help="Folder or list: shown through pixels of one grey."),
     transparent: int = typer.Option(0, min=0, max=255, help="The grey that backgrounds show through."),
     tolerance: int = typer.Option(0, min=0, max=255, help="How far a pixel may be from that grey."),
@@ -64,7 +67,8 @@ def samples(
         )
     except ConfigError as error:
         raise typer.BadParameter(str(error)) from None
-    found = read_positives(positives, size, margin, label)
+    pictures = (images_of_scans, image) if images_of_scans else None
+    found = read_positives(positives, size, margin, label, pictures)
     for line in found.skipped[:20]:
         print(f"left out: {line}", file=sys.stderr)
     rng = np.random.default_rng(seed)

@@ -56,6 +56,9 @@ def cascade(
     turned: bool = typer.Option(
         False, "--turned-negatives", help="Also search mirrored and turned copies of the negatives."
     ),
+    images_of_scans: Path | None = typer.Option(
+        None, "--images", help="Labels of scans: the folder that laserimg images wrote; --image says which."
+    ),
     scale_step: float = typer.Option(1.2, min=1.05, help="Ratio of the sizes negatives are looked for at."),
     seed: int = typer.Option(0, min=0, help="Another seed gives another cascade of the same kind."),
     memory: str = typer.Option("2G", help="Memory at most, such as 500M or 4G."),
@@ -74,7 +77,7 @@ def cascade(
     \b
       laserimg train cascade --positives pos.vec --negatives bg.txt --window 20x20 -o faces
       laserimg train cascade --positives chairs.json --class chair --negatives chairs.json \\
-          --window 24x32 --features all -o chairs
+          --images pictures --image normals_view --window 24x32 --features all -o chairs
       laserimg train cascade --positives crops/ --negatives photos/ --features lbp --dry-run -o out
     """
     from laserimg.cascade.features import Pool
@@ -95,9 +98,14 @@ def cascade(
         plan = Plan(pool, goal, stages, num_pos, num_neg, target, search, seed, tables)  # type: ignore[arg-type]
     except ConfigError as error:
         raise typer.BadParameter(str(error)) from None
-    objects = read_positives(positives, (pool.width, pool.height), margin, label)
-    images = read_negatives(negatives)
-    aside = read_positives(validate, (pool.width, pool.height), margin, label).windows if validate else None
+    pictures = (images_of_scans, image) if images_of_scans else None
+    objects = read_positives(positives, (pool.width, pool.height), margin, label, pictures)
+    images = read_negatives(negatives, pictures)
+    aside = (
+        read_positives(validate, (pool.width, pool.height), margin, label, pictures).windows
+        if validate
+        else None
+    )
     threads = jobs or _cores()
     run = Run(plan, objects.windows, images.images, out, threads, bytes_allowed, scale_step, aside, turned)
     if dry_run:

@@ -1,10 +1,13 @@
 """An image file with the boxes of the objects in it."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from laserimg.files import stem
 
 
 def no_boxes() -> NDArray[np.float64]:
@@ -36,3 +39,15 @@ class LabelledImage:
     def boxes(self) -> NDArray[np.float64]:
         """All boxes; negatives keep outside them."""
         return np.concatenate([self.objects, self.ignored])
+
+
+def of_scans(images: Sequence[LabelledImage], folder: Path, kind: str) -> list[LabelledImage]:
+    """Return labelled scans as their images of one kind, written by ``laserimg images`` into a folder.
+
+    Examples
+    --------
+    >>> [image] = of_scans([LabelledImage(Path("scans/room.pcd"))], Path("pictures"), "normals_view")
+    >>> image.path.as_posix()
+    'pictures/room.normals_view.png'
+    """
+    return [replace(image, path=folder / f"{stem(image.path)}.{kind}.png") for image in images]

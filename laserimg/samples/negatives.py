@@ -5,7 +5,7 @@ from pathlib import Path
 
 from laserimg.errors import LabelError
 from laserimg.samples.images import image_files
-from laserimg.samples.labelled import LabelledImage
+from laserimg.samples.labelled import LabelledImage, of_scans
 from laserimg.samples.labels import holds_labels, read_labels
 from laserimg.samples.text import text_lines
 
@@ -18,11 +18,12 @@ class Negatives:
     skipped: tuple[str, ...] = ()
 
 
-def read_negatives(path: Path) -> Negatives:
+def read_negatives(path: Path, pictures: tuple[Path, str] | None = None) -> Negatives:
     """Return the images of a folder, of a list with one name a line, or of a file of labels.
 
     Names in a list are relative to the list, as in opencv_traincascade; negatives from labelled images keep
-    outside all boxes, whatever their class. Files that do not exist are left out and named.
+    outside all boxes, whatever their class; for `pictures` see
+    `laserimg.samples.positives.read_positives`. Files that do not exist are left out and named.
 
     Raises
     ------
@@ -38,6 +39,7 @@ def read_negatives(path: Path) -> Negatives:
         ]
     else:
         images = read_labels(path)
+        images = of_scans(images, *pictures) if pictures else images
     there = tuple(image for image in images if image.path.is_file())
     if not there:
         raise LabelError(f"{path}: no images" + (f"; {images[0].path} does not exist" if images else ""))

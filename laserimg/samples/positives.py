@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from laserimg.errors import LabelError
 from laserimg.samples.images import image_files, read_grey
-from laserimg.samples.labelled import LabelledImage
+from laserimg.samples.labelled import LabelledImage, of_scans
 from laserimg.samples.labels import holds_labels, read_labels
 from laserimg.samples.vec import read_vec
 
@@ -31,7 +31,13 @@ class Positives:
     skipped: tuple[str, ...] = ()
 
 
-def read_positives(path: Path, window: Window, margin: float = 0.0, label: str | None = None) -> Positives:
+def read_positives(
+    path: Path,
+    window: Window,
+    margin: float = 0.0,
+    label: str | None = None,
+    pictures: tuple[Path, str] | None = None,
+) -> Positives:
     """Return the positives of a vec file, a folder of crops, or a file of labels.
 
     Parameters
@@ -44,6 +50,8 @@ def read_positives(path: Path, window: Window, margin: float = 0.0, label: str |
         How far a window reaches over a labelled box on every side, as a share of the box.
     label : str, optional
         The class to take, where the labels have classes.
+    pictures : (Path, str), optional
+        Labels of scans: the folder with their images, and the kind of image.
 
     Raises
     ------
@@ -56,7 +64,8 @@ def read_positives(path: Path, window: Window, margin: float = 0.0, label: str |
         images = [LabelledImage(file, source=str(file)) for file in image_files(path)]
         found = _gathered([_whole(image, window) for image in images], window)
     else:
-        found = cut_out(read_labels(path, label), window, margin)
+        labelled = read_labels(path, label)
+        found = cut_out(of_scans(labelled, *pictures) if pictures else labelled, window, margin)
     if len(found.windows) == 0:
         raise LabelError("\n".join([f"{path}: no positives", *found.skipped[:5]]))
     return found

@@ -23,7 +23,7 @@ def samples(
     dropped: float = typer.Option(0.0, help="Share of pixels without a return (0)."),
     mirror: bool = typer.Option(False, "--mirror", help="Mirror half of them."),
     invert: bool = typer.Option(False, "--invert", help="Invert half of them."),
-    image: str = typer.Option("", help="Which image of a scan it is: a mirrored normals.r is inverted."),
+    image: str = typer.Option("", help="Which image of a scan it is: varied only as scans vary."),
     images_of_scans: Path | None = typer.Option(
         None, "--images", help="Labels of scans: the folder that laserimg images wrote; --image says which."
     ),
@@ -63,7 +63,7 @@ def samples(
             dropped,
             mirror,
             invert,
-            mirror_inverts=image in ("normals.r", "normals_view.g"),
+            image,
         )
     except ConfigError as error:
         raise typer.BadParameter(str(error)) from None

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.errors import ConfigError
+from laserimg.samples.laser import check_image, mirrored, moved_with_gaps, with_noise
 
 Pixels = NDArray[np.uint8]
 # The eye that sees a turned sample in perspective, in widths of the window, as in opencv_createsamples.
@@ -31,8 +32,9 @@ class Variation:
         Share of pixels set to 0, as where a laser gets no return.
     mirror, invert : bool
         Half of the samples, by chance.
-    mirror_inverts : bool
-        A mirrored sample is inverted: for the plane n_x of normals, whose sign turns with the image.
+    image : str
+        The image of a scan that samples are, or one plane of it: they vary only as scans do, and pixels
+        without a return (0) stay without. "" is a photograph.
     """
 
     turn_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -44,7 +46,7 @@ class Variation:
     dropped: float = 0.0
     mirror: bool = False
     invert: bool = False
-    mirror_inverts: bool = False
+    image: str = ""
 
     def __post_init__(self) -> None:
         if max(map(abs, self.turn_deg)) >= 80:
@@ -53,6 +55,9 @@ class Variation:
             raise ConfigError("shift and scale must be 0 to 0.5, contrast 0 to 1")
         if min(self.brightness, self.noise) < 0 or not 0 <= self.dropped < 1:
             raise ConfigError("brightness and noise must be 0 or more, dropped 0 to 1")
+        if self.image:
+            lit = bool(self.contrast or self.brightness or self.invert)
+            check_image(self.image, self.turn_deg, lit, self.mirror)
 
 
 def vary(samples: Pixels, count: int, variation: Variation, rng: np.random.Generator) -> Pixels:
@@ -96,16 +101,18 @@ def paste(
 
 def _varied(sample: Pixels, variation: Variation, rng: np.random.Generator) -> Pixels:
     out = _moved(sample, variation, rng)
-    mirrored = variation.mirror and rng.random() < 0.5
-    if mirrored:
-        out = out[:, ::-1]
-    if (mirrored and variation.mirror_inverts) != (variation.invert and rng.random() < 0.5):
-        out = 255 - out
+    if variation.mirror and rng.random() < 0.5:
+        out = mirrored(out, variation.image)
+    noise = rng.normal(0, 1, out.shape) * variation.noise
+    varied = with_noise(out, noise) if variation.image else _lit(out, noise, variation, rng)
+    return np.where(rng.random(out.shape) < variation.dropped, np.uint8(0), varied)
+
+
+def _lit(sample: Pixels, noise: NDArray, variation: Variation, rng: np.random.Generator) -> Pixels:
+    out = 255 - sample if variation.invert and rng.random() < 0.5 else sample
     gain = 1 + rng.uniform(-1, 1) * variation.contrast
     lit = (out - out.mean()) * gain + out.mean() + rng.uniform(-1, 1) * variation.brightness
-    lit = lit + rng.normal(0, 1, out.shape) * variation.noise
-    lit[rng.random(out.shape) < variation.dropped] = 0
-    return np.rint(lit).clip(0, 255).astype(np.uint8)
+    return np.rint(lit + noise).clip(0, 255).astype(np.uint8)
 
 
 def _moved(sample: Pixels, variation: Variation, rng: np.random.Generator) -> Pixels:
@@ -116,9 +123,16 @@ def _moved(sample: Pixels, variation: Variation, rng: np.random.Generator) -> Pi
     view = _view(turns, scale, shift, width, height)
     if np.allclose(view, np.eye(3)):
         return sample
-    moved = cv2.warpPerspective(
-        sample, view, (width, height), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-    )
+    linear = _warped(sample, view, cv2.INTER_LINEAR)
+    if not variation.image:
+        return linear
+    returns = _warped(np.where(sample > 0, np.uint8(255), np.uint8(0)), view, cv2.INTER_LINEAR)
+    return moved_with_gaps(linear, _warped(sample, view, cv2.INTER_NEAREST), returns)
+
+
+def _warped(sample: Pixels, view: NDArray, interpolation: int) -> Pixels:
+    size = sample.shape[::-1]
+    moved = cv2.warpPerspective(sample, view, size, flags=interpolation, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(moved, np.uint8)
 
 

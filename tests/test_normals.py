@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from laserimg.geometry.cells import cell_means
+from laserimg.geometry.cells import cell_means, enlarge_cells
 from laserimg.geometry.windows import WindowSums
 from laserimg.normals import normals
 from laserimg.normals.noise import Noise
 from laserimg.normals.planes import solve_symmetric
 from laserimg.projection import directions_from_angles
 from laserimg.scan import Scan
-from objects import Thing, crate, hall, terrain, wastebasket
+from objects import Thing, crate, hall, pole, terrain, wastebasket
 from scenes import Scene, panorama, room, scan_of, street
 from shapes import Part, box, pose
 
@@ -121,6 +121,14 @@ def test_a_coarse_wastebasket_keeps_its_shape(distance, limit_deg):
     sideways = [np.median(found[basket[:, j], j, 1]) for j in columns]
     assert sideways[0] > 0.3
     assert sideways[-1] < -0.3
+
+
+def test_a_thin_pole_does_not_lean_on_the_wall_behind():
+    """4 columns wide, 4 m before the wall: the wall's returns must not enter the pole's normals."""
+    scene = Scene((pole(6, 0.05).at(2, 0, -3), hall(12, 12, 8).at(0, 0, -4)), (0, 0, 0), 20)
+    scan, truth = scan_of(scene, fan(20, 20, 0.3), noise=0.005, wraps=False)
+    error = degrees_between(normals(scan), truth.normals)[truth.thing == 0]
+    assert np.median(error) < 30
 
 
 @settings(max_examples=10, deadline=None)
@@ -254,6 +262,17 @@ def test_cell_means_equal_plain_means(shape, size, planes):
     for i, j in np.ndindex(means.shape[:2]):
         cell = image[i * rows : (i + 1) * rows, j * columns : (j + 1) * columns]
         np.testing.assert_allclose(means[i, j], cell.sum(axis=(0, 1)) / (rows * columns), rtol=1e-5)
+
+
+@pytest.mark.parametrize(("wraps", "left", "right"), [(True, 0.75, 2.25), (False, 0.0, 3.0)])
+def test_cells_are_enlarged_across_the_seam(wraps, left, right):
+    """Four cells of two pixels: a ramp that jumps at the seam, halfway there if it is closed."""
+    cells = np.tile(np.float32([0, 1, 2, 3]), (3, 1))
+    large = enlarge_cells(cells, 2, 2, (6, 8), wraps)
+    inside = [0.25, 0.75, 1.25, 1.75, 2.25, 2.75]
+    np.testing.assert_allclose(large[3, 1:-1], inside)
+    np.testing.assert_allclose(large[3, 0], left)
+    np.testing.assert_allclose(large[3, -1], right)
 
 
 def test_small_systems_are_solved():

@@ -41,6 +41,14 @@ def normals(scan: Scan) -> Float32Array:
     Differs from Badino et al.: windows grow with the noise and end at edges, and what a window
     shows is tested against the noise.
 
+    Notes
+    -----
+    Median errors on planes and at edges of the benchmark room (``tools/benchmark.py normals``), in
+    degrees: 0.20 and 0.27. What was tried beside it: one window of 11 x 11 pixels around every pixel
+    2.69 and 35; the cleanest of 9 such windows 2.61 and 1.44, of 9 windows of 21 x 21 0.73 and 0.66,
+    at four to five times the time; cells with one size of window 0.70 and 0.84, without the planes
+    of windows beside them 0.23 and 2.91.
+
     Examples
     --------
     >>> azimuth, elevation = np.radians(np.linspace(30, -30, 61)), np.radians(np.linspace(20, -20, 41))

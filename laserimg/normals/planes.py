@@ -21,11 +21,11 @@ SENSOR_SLACK = 1.3
 # ... and its square by this many standard deviations of what chance adds to few cells.
 CHANCE = 1.5
 FEWEST_CELLS = 6
-# Planes seen at a larger incidence, by its 1 / cosine, are fits to a line: 89.9 degrees.
+# A plane seen at a larger 1 / cosine of the incidence, 89.9 degrees, is a fit to a line.
 STEEPEST = 500.0
-BLOCK_CELLS = 1 << 15
 # A plane passes through a cell when it misses the mean of its returns by this many standard errors.
 NEAR = 3.0
+BLOCK_CELLS = 1 << 15
 NEIGHBOURS = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
 
 

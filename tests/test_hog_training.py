@@ -16,6 +16,7 @@ from sklearn.svm import LinearSVC
 
 from command import laserimg
 from conftest import DATA
+from laserimg.boxes import iou
 from laserimg.detectors.hog import load_hog
 from laserimg.detectors.shipped import load_model
 from laserimg.errors import ConfigError, ModelError
@@ -267,6 +268,7 @@ def test_the_command_trains_what_detects(tmp_path, photos):
         *("train", "hog", "--positives", tmp_path / "crosses.vec", "--negatives", tmp_path / "list.txt"),
         *("--validate", tmp_path / "aside.vec", "--validate-negatives", photos, *OPTIONS),
         *("--num-neg", 20, "--rounds", 2, "--class", "cross", "--image", "range", "--jobs", 2),
+        *("--object-size", "0.25x0.36", "--margin", 0.1),
         *("-o", tmp_path / "out"),
     )
     assert done.code == 0, done.err
@@ -277,6 +279,7 @@ def test_the_command_trains_what_detects(tmp_path, photos):
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["hog.npz", "hog.toml", "log.jsonl"]
     card = read_card(tmp_path / "out" / "hog.toml")
     assert (card.label, card.kind, card.image, card.window) == ("cross", "hog", "range", (SIDE, SIDE))
+    assert card.object_size_m == (0.25, 0.36) and card.margin == 0.1
     assert card.scores["hit_rate"] > 0.95 and card.scores["false_alarms_per_window"] < 1e-3
     assert card.versions["opencv"] == cv2.__version__ and card.trained_on == "100 positives of crosses.vec"
     lines = [json.loads(line) for line in (tmp_path / "out" / "log.jsonl").read_text().splitlines()]
@@ -348,6 +351,7 @@ def test_a_killed_run_leaves_both_files_or_none(tmp_path, photos):
         (["--cell", "7x7"], 2, "not made of cells"),
         (["--image", "normal"], 2, "none of range"),
         (["--c", "0"], 2, "c must be above 0"),
+        (["--object-size", "0.5"], 2, "WIDTHxHEIGHT in metres"),
         (["--validate-negatives", "."], 2, "needs --validate"),
         (["--window", "600x600"], 1, "windows of 576 pixels"),
     ],
@@ -372,6 +376,31 @@ def test_images_smaller_than_the_window_end_it(tmp_path):
     )
     assert done.code == 1 and "line 1: 90x20 is smaller than the window" in done.err
     assert "no negatives: every image" in done.err and not (tmp_path / "out").exists()
+
+
+def test_chairs_of_a_real_scan_from_images_to_detections(data, tmp_path):
+    """Four chairs, varied: shows the path, not a detector of use."""
+    scan, labels = data("office_room/room_scan1.pcd"), data("office_room/room_scan1.coco.json")
+
+    def run(*words):
+        done = laserimg(*words)
+        assert done.code == 0, done.err
+
+    run("images", scan, "-o", tmp_path / "pictures", "-q")
+    scans = ["--images", tmp_path / "pictures", "--image", "normals_view", "--class", "office_chair"]
+    varied = ["--count", 120, "--turn", "2,5,2", "--noise", 5]
+    run("samples", labels, *scans, "--window", "12x18", *varied, "-o", tmp_path / "chairs.vec")
+    samples = ["--positives", tmp_path / "chairs.vec", "--negatives", labels, *scans]
+    sizes = ["--window", "12x18", "--cell", "3x3", "--block", "6x6", "--stride", "3x3", "--num-neg", 300]
+    run("train", "hog", *samples, *sizes, "-o", tmp_path / "chairs")
+    (tmp_path / "rules.toml").write_text('format = 1\n[office_chair]\nfrom = ["hog"]\n')
+    detectors = ["--cascades", tmp_path / "chairs", "--rules", tmp_path / "rules.toml"]
+    run("detect", scan, *detectors, "-o", tmp_path / "found")
+    found = json.loads((tmp_path / "found" / "detections.json").read_text())
+    best = sorted(found["annotations"], key=lambda entry: -entry["score"])[:12]
+    chairs = [(270, 101, 28, 38), (167, 97, 14, 22), (45, 99, 13, 20), (100, 86, 12, 22)]
+    hits = [max(iou([chair], [entry["bbox"] for entry in best])[0]) > 0.7 for chair in chairs]
+    assert sum(hits) >= 3 and {entry["source"] for entry in best} == {"hog"}
 
 
 def test_faces():

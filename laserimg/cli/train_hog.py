@@ -34,6 +34,12 @@ def hog(
     margin: float = typer.Option(0.0, min=0.0, help="Border round a labelled box, as a share of it."),
     label: str | None = typer.Option(None, "--class", help="The class of the labels to learn."),
     image: str = typer.Option("reflectance", help="What image of a scan the samples are, for the card."),
+    object_size: str | None = typer.Option(
+        None, metavar="WxH", help="Usual width and height of the object in metres, for the card: 0.25x0.36."
+    ),
+    images_of_scans: Path | None = typer.Option(
+        None, "--images", help="Labels of scans: the folder that laserimg images wrote; --image says which."
+    ),
     validate: Path | None = typer.Option(None, help="Positives kept aside, for the hit rate on the card."),
     validate_negatives: Path | None = typer.Option(
         None, help="Images kept aside, for the false alarms on the card; with --validate."
@@ -54,8 +60,10 @@ def hog(
       laserimg train hog --positives pos.vec --negatives bg.txt --window 24x24 \\
           --cell 4x4 --block 8x8 --stride 4x4 -o faces
       laserimg train hog --positives chairs.json --class chair --negatives chairs.json \\
-          --window 48x64 --image normals_view.r -o chairs
+          --images pictures --image normals_view --window 48x64 -o chairs
     """
+    from dataclasses import replace
+
     import joblib
 
     from laserimg.cli.sizes import window_of
@@ -73,9 +81,12 @@ def hog(
     except ConfigError as error:
         raise typer.BadParameter(str(error)) from None
     _check_image(image)
-    learnt = HogSamples.read(positives, negatives, size, margin, label)
-    judged = HogSamples.read(validate, validate_negatives, size, margin, label) if validate else None
-    card = _card(label or "object", image, size, f"{len(learnt.positives)} positives of {positives.name}")
+    metres = _metres(object_size) if object_size else None
+    how = (size, margin, label, (images_of_scans, image) if images_of_scans else None)
+    learnt = HogSamples.read(positives, negatives, *how)
+    judged = HogSamples.read(validate, validate_negatives, *how) if validate else None
+    about = _card(label or "object", image, size, f"{len(learnt.positives)} positives of {positives.name}")
+    card = replace(about, margin=margin, object_size_m=metres)
     run = HogRun(plan, learnt, out, card, jobs or joblib.cpu_count(), scale_step, judged)
     _name_left_out([*learnt.skipped, *(judged.skipped if judged else ())])
     trained, card = train_into_folder(run, _watcher(run, quiet or as_json))
@@ -83,6 +94,18 @@ def hog(
         _print_json(trained, card)
     elif not quiet:
         _print_rounds(trained, card, run.detector)
+
+
+def _metres(text: str) -> tuple[float, float]:
+    try:
+        width, height = (float(part) for part in text.lower().split("x"))
+    except ValueError:
+        width = height = 0.0
+    if not (0 < width <= 1000 and 0 < height <= 1000):
+        raise typer.BadParameter(
+            f"'{text}' is not WIDTHxHEIGHT in metres, such as 0.25x0.36", param_hint="--object-size"
+        )
+    return width, height
 
 
 def _check_image(image: str) -> None:

@@ -47,16 +47,17 @@ class HogSamples:
         window: Size,
         margin: float = 0.0,
         label: str | None = None,
+        pictures: tuple[Path, str] | None = None,
     ) -> Self:
-        """Read files as `read_positives` and `read_negatives` know them.
+        """Read files with the arguments of `read_positives`; without `negatives` there are no backgrounds.
 
         Raises
         ------
         LabelError
             If there is no positive, or no image in `negatives`.
         """
-        objects = read_positives(positives, window, margin, label)
-        images = read_negatives(negatives) if negatives else Negatives(())
+        objects = read_positives(positives, window, margin, label, pictures)
+        images = read_negatives(negatives, pictures) if negatives else Negatives(())
         return cls(objects.windows, images.images, (*objects.skipped, *images.skipped))
 
 

@@ -16,7 +16,7 @@ LAYERS = [
     ["rules", "sources"],
     ["evaluate", "pipeline", "semantic_map", "simulate", "draw"],
     ["settings", "records", "build", "batch", "report", "recipes", "labels", "sensors"],
-    ["cli"],
+    ["cli", "__main__"],
 ]
 ROOT = Path(laserimg.__file__).parent
 PLACE = {name: (layer, column) for layer, names in enumerate(LAYERS) for column, name in enumerate(names)}

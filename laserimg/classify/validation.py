@@ -5,7 +5,8 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.classify.svm import Array, C, binary_machine
+from laserimg.classify.left_out import decided, left_out_decisions
+from laserimg.classify.svm import Array, C
 from laserimg.errors import ConfigError
 
 Labels = NDArray[np.str_]
@@ -14,9 +15,8 @@ Labels = NDArray[np.str_]
 def leave_one_out(vectors: NDArray, labels: Labels, cost: float = C) -> Array:
     """Return the decision values (n, k) of every object, from machines trained without it.
 
-    Exact: an object that is no support vector has no part in the machine of all objects, which
-    therefore is the machine without it; for the others the machine is trained anew. All are trained
-    on the (n, n) products of the objects, computed once.
+    Exact (see `laserimg.classify.left_out`). All machines are trained on the (n, n) products of the
+    objects, computed once: the objects rotated into the space that they span.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def leave_one_out(vectors: NDArray, labels: Labels, cost: float = C) -> Array:
     classes, kernel = _prepared(vectors, labels, 2)
     decisions = np.empty((len(labels), len(classes)))
     for column, name in enumerate(classes):
-        decisions[:, column] = _left_out(kernel, labels == name, cost)
+        decisions[:, column] = left_out_decisions(kernel, labels == name, cost)
     return decisions
 
 
@@ -80,7 +80,7 @@ def repeated_folds(
             parts = list(split.split(labels, labels))
         for train, test in parts:
             for column, name in enumerate(classes):
-                decisions[test, column] = _decided(kernel, train, test, labels == name, cost)
+                decisions[test, column] = decided(kernel, train, test, labels == name, cost)
         results.append(decisions)
     return results
 
@@ -99,21 +99,3 @@ def _prepared(vectors: NDArray, labels: Labels, least: int) -> tuple[Labels, Arr
         raise ConfigError(f"class {few} has only {int(counts.min())} object; at least {least} are needed")
     values = np.asarray(vectors, np.float64)
     return classes, values @ values.T
-
-
-def _left_out(kernel: Array, positive: NDArray[np.bool_], cost: float) -> Array:
-    alpha, bias = binary_machine(kernel, positive, cost)
-    decision = kernel @ alpha + bias
-    everything = np.arange(len(kernel))
-    for index in np.flatnonzero(alpha):
-        rest = np.delete(everything, index)
-        decision[index] = _decided(kernel, rest, everything[index : index + 1], positive, cost)[0]
-    return decision
-
-
-def _decided(kernel: Array, train: NDArray, test: NDArray, positive: NDArray[np.bool_], cost: float) -> Array:
-    """Train on some objects and return the decision values of others."""
-    if not positive[train].any():
-        return np.full(len(test), -1.0)  # a fold may leave no object of a small class
-    alpha, bias = binary_machine(kernel[np.ix_(train, train)], positive[train], cost)
-    return kernel[np.ix_(test, train)] @ alpha + bias

@@ -174,6 +174,9 @@ def test_screening_comes_close_to_looking_at_all(mode):
     samples = measures(Pool(mode, 14, 14), Windows.of(pixels, mode), positive)
     weights, targets = np.full(350, 1 / 350), np.where(positive, 1.0, -1.0)
     best = ExhaustiveSearch(samples).best(weights, targets)
+    for memory in (0, 350 * 500):
+        anew = ExhaustiveSearch(samples, memory=memory).best(weights, targets)
+        assert (anew.feature, anew.gain) == (best.feature, best.gain)
     found = [
         ScreenedSearch(samples, np.random.default_rng(s), features=300).best(weights, targets)
         for s in range(5)

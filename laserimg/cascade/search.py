@@ -91,16 +91,37 @@ class ScreenedSearch:
 class ExhaustiveSearch:
     """Looks at every feature in every round.
 
-    Values are computed anew in each round, block by block: no table of features and samples is kept.
+    The bin numbers of all features, a byte a feature and sample, are kept where `memory` allows; what does
+    not fit is computed anew in each round.
+
+    Parameters
+    ----------
+    measures : Measures
+    jobs : ThreadPoolExecutor, optional
+    memory : int
+        Bytes for bin numbers.
     """
 
-    def __init__(self, measures: Measures, jobs: ThreadPoolExecutor | None = None) -> None:
+    def __init__(
+        self, measures: Measures, jobs: ThreadPoolExecutor | None = None, memory: int = 1 << 30
+    ) -> None:
         self._measures, self._jobs = measures, jobs
-        self._numbers = np.arange(len(measures.pool))
+        parts = blocks(len(measures.pool), 4 * len(measures))
+        self._numbers = [np.arange(part.start, part.stop) for part in parts]
+        size = 1 if 2 * measures.scale.bins <= 256 else 2
+        fits = memory // (size * len(measures))
+        kept = sum(part.stop <= fits for part in parts)
+        self._kept = list(each(measures.codes, self._numbers[:kept], jobs))
 
     def best(self, weights: Floats, targets: Floats) -> Split | None:
         """Return the best split; exact among the finalists of the histograms."""
-        found = binned_gains(self._measures, self._numbers, weights, targets, self._jobs)
+
+        def work(block: int) -> Floats:
+            kept = block < len(self._kept)
+            codes = self._kept[block] if kept else self._measures.codes(self._numbers[block])
+            return gains(codes, self._measures.scale, weights, targets)
+
+        found = np.concatenate(list(each(work, range(len(self._numbers)), self._jobs)))
         finalists = np.sort(_largest(found, FINALISTS))
         return self._measures.split(finalists, weights, targets)
 

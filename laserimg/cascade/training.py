@@ -209,7 +209,7 @@ def _train(
     samples = measures(plan.pool, windows, positive)
     search: Search
     if plan.search == "exhaustive":
-        search = ExhaustiveSearch(samples, jobs)
+        search = ExhaustiveSearch(samples, jobs, plan.memory)
     else:
         search = ScreenedSearch(samples, np.random.default_rng([plan.seed, number]), jobs, plan.memory)
     return train_stage(search, positive, plan.goal, lambda progress: watcher.tree(number, progress))

@@ -11,10 +11,11 @@ object's points over the ground, and at least 80 % of the cluster lies in the ob
 """
 
 import argparse
+import contextlib
 import json
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -127,34 +128,34 @@ def print_objects(ratio: float, clearance_m: float, least: int = 50) -> None:
 
 
 def print_speed(ratio: float) -> None:
-    """Print the time of RBNN and of scikit-learn's DBSCAN on 15 cm voxels, in one run."""
-    from sklearn.cluster import DBSCAN
-
+    """Print the time of RBNN and of DBSCAN, of what is installed, in one run."""
     frames = [DATA / "semantickitti/000000.bin", *sorted((DATA / "kitti/training/velodyne").glob("*.bin"))]
     points = np.concatenate([np.fromfile(frame, "<f4").reshape(-1, 4)[:, :3] for frame in frames])
     points = points[:230_000].astype(float)
-
-    def best(run, repeats: int = 3) -> float:
-        times = []
-        for _ in range(repeats):
-            start = time.perf_counter()
-            run()
-            times.append(time.perf_counter() - start)
-        return min(times)
-
-    ours = best(lambda: rbnn(points, ratio, 10))
-    theirs = best(
-        lambda: DBSCAN(eps=0.4, min_samples=1).fit(np.unique(np.floor(points / 0.15), axis=0) * 0.15)
-    )
+    ours = seconds(lambda: rbnn(points, ratio, 10))
     print(f"{len(points)} points: RBNN {ours:.2f} s")
-    print(f"scikit-learn DBSCAN on 15 cm voxels {theirs:.2f} s, {theirs / ours:.1f} x")
-    try:
+    with contextlib.suppress(ImportError):
+        from sklearn.cluster import DBSCAN
+
+        machine = DBSCAN(eps=0.4, min_samples=1)
+        theirs = seconds(lambda: machine.fit(np.unique(np.floor(points / 0.15), axis=0) * 0.15))
+        print(f"scikit-learn DBSCAN on 15 cm voxels {theirs:.2f} s, {theirs / ours:.1f} x")
+    with contextlib.suppress(ImportError):
         import open3d
-    except ImportError:
-        return
-    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points))
-    slow = best(lambda: cloud.voxel_down_sample(0.05).cluster_dbscan(0.4, 1), 1)
-    print(f"Open3D DBSCAN after a 5 cm voxel grid {slow:.2f} s, {slow / ours:.1f} x")
+
+        cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points))
+        theirs = seconds(lambda: cloud.voxel_down_sample(0.05).cluster_dbscan(0.4, 1))
+        print(f"Open3D DBSCAN after a 5 cm voxel grid {theirs:.2f} s, {theirs / ours:.1f} x")
+
+
+def seconds(run: Callable[[], object], repeats: int = 3) -> float:
+    """Return the shortest time of a few runs."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        run()
+        times.append(time.perf_counter() - start)
+    return min(times)
 
 
 def main() -> None:

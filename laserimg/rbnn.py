@@ -155,7 +155,7 @@ def _components(points: Array, length: Array, ratio: float) -> Indices:
     place = np.column_stack([np.log(length), points / length[:, None]])
     cell_of, order, start = _cells(place, ratio * _SURE / np.sqrt(3))
     leader = place[order[start]]
-    tree = KDTree(leader)
+    tree = _tree(leader)
     cell = _joined(len(start), tree.query_pairs(ratio * _SURE, output_type="ndarray"))
     candidates = _apart(place[order], start, cell, ratio / (1 - ratio))
     members = order, start, np.diff(start, append=len(order))
@@ -189,6 +189,11 @@ def _cells(place: Array, side: float) -> tuple[Indices, Indices, Indices]:
     return cell_of, order, np.flatnonzero(first)
 
 
+def _tree(places: Array) -> KDTree:
+    """Return a tree split at the middle: made in half the time of one split at the median."""
+    return KDTree(places, balanced_tree=False, compact_nodes=False)
+
+
 def _joined(count: int, pairs: NDArray) -> Indices:
     graph = coo_array((np.ones(len(pairs), np.bool_), (pairs[:, 0], pairs[:, 1])), (count, count))
     return connected_components(graph, directed=False)[1].astype(np.intp)
@@ -209,10 +214,10 @@ def _apart(place: Array, start: Indices, component: Indices, reach: float) -> ND
     near = ~largest
     if largest.any() and near.any():
         cells = np.flatnonzero(largest)
-        distance, _ = KDTree(middle[near]).query(middle[cells], distance_upper_bound=across)
+        distance, _ = _tree(middle[near]).query(middle[cells], distance_upper_bound=across)
         near[cells[np.isfinite(distance)]] = True
     cells = np.flatnonzero(near)
-    pairs = cells[KDTree(middle[cells]).query_pairs(across, output_type="ndarray")].reshape(-1, 2)
+    pairs = cells[_tree(middle[cells]).query_pairs(across, output_type="ndarray")].reshape(-1, 2)
     pairs = pairs[component[pairs[:, 0]] != component[pairs[:, 1]]]
     one, other = pairs.T
     gap = np.maximum(low[one] - high[other], low[other] - high[one])

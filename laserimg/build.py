@@ -73,15 +73,20 @@ class Build:
         if settings.candidates:
             return (self._given(rules),)
         models = [load_model(file, settings.image, settings.label) for file in self.model_files]
+        for model in models if settings.cascades else []:
+            self._check_has_rules(model.card.label, rules, model.name)
         return detectors_for(rules, models, settings.sources, cast(Scale, settings.scale))
 
     def _given(self, rules: Rules) -> GivenCandidates:
         coco = read_coco(Path(cast(str, self.settings.candidates)))
         label = self.settings.label
-        for name in {label} if label else set(coco.labels.values()):
-            if name not in rules:
-                raise ConfigError(
-                    f"{self.rules_file}: no rules for class {name!r} of {self.settings.candidates}; "
-                    "add them, or take every candidate as one class with --label"
-                )
+        for name in {label} if label else sorted(set(coco.labels.values())):
+            self._check_has_rules(name, rules, str(self.settings.candidates))
         return GivenCandidates(coco, label, self.only_scan)
+
+    def _check_has_rules(self, label: str, rules: Rules, source: str) -> None:
+        if label not in rules:
+            raise ConfigError(
+                f"{self.rules_file}: no rules for class {label!r} of {source}; "
+                f"add them (laserimg rules set {label}.from cascade), or name another class with --label"
+            )

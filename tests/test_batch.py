@@ -119,7 +119,7 @@ def test_a_candidate_file_of_one_image_is_of_the_only_scan(folder):
     (folder / "c.json").write_text(json.dumps(truth))
     _, coco = run(folder, files=[folder / "in/a/1.npz"], candidates=str(folder / "c.json"))
     assert [entry.source for entry in coco.annotations] == ["given"]
-    with pytest.raises(LaserImgError, match="no rules for class 'bin' of .*c.json; add them"):
+    with pytest.raises(LaserImgError, match=r"no rules for class 'bin' of .*c\.json; add them"):
         (folder / "rules.toml").write_text(RULES.replace("[bin]", "[tub]"))
         run(folder, files=[folder / "in/a/1.npz"], candidates=str(folder / "c.json"))
 

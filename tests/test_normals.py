@@ -242,7 +242,8 @@ def test_window_sums_equal_plain_sums(shape, wraps, seed):
     channels = rng.integers(-9, 9, (*shape, 2)).astype(float)
     rows, columns = (rng.integers(0, size, 8) for size in shape)
     half_height, half_width = rng.integers(0, 10, 8), rng.integers(0, (shape[1] - 1) // 2 + 1, 8)
-    sums = WindowSums(channels, wraps, int(half_width.max())).around(rows, columns, half_height, half_width)
+    table = WindowSums([channels[..., 0], channels[..., 1]], wraps, int(half_width.max()))
+    sums = table.around(rows, columns, half_height, half_width)
     for i, j, up, side, total in zip(rows, columns, half_height, half_width, sums, strict=True):
         window = channels[max(i - up, 0) : i + up + 1]
         span = np.arange(j - side, j + side + 1)

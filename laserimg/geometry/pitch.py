@@ -9,7 +9,7 @@ from laserimg.scan import BoolArray, Float32Array, Scan
 Floats = NDArray[np.floating]
 
 # Enough for medians over a scan.
-SAMPLES = 10_000
+SAMPLES = 5_000
 
 
 def angular_pitch(scan: Scan) -> tuple[Float32Array, Float32Array]:

@@ -1,5 +1,7 @@
 """Sums over windows of any size, different at each place, from one integral image."""
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +14,7 @@ class WindowSums:
 
     Parameters
     ----------
-    channels : (h, w, k) array of float64
+    channels : k arrays (h, w)
     wraps : bool
         Windows continue across the seam of a full turn; otherwise they end at the border.
     reach : int
@@ -20,22 +22,23 @@ class WindowSums:
 
     Examples
     --------
-    >>> sums = WindowSums(np.ones((3, 4, 1)), wraps=True, reach=1)
+    >>> sums = WindowSums([np.ones((3, 4))], wraps=True, reach=1)
     >>> one = np.ones(2, int)
     >>> sums.around(np.array([0, 1]), np.array([0, 2]), one, one).tolist()
     [[6.0], [9.0]]
     """
 
-    def __init__(self, channels: NDArray[np.float64], wraps: bool, reach: int) -> None:
-        self._height, self._width, self._count = channels.shape
-        self._pad = reach if wraps else 0
-        if wraps:
-            channels = np.concatenate(
-                [channels[:, self._width - reach :], channels, channels[:, :reach]], axis=1
-            )
-        integral = cv2.integral(channels, sdepth=cv2.CV_64F)
+    def __init__(self, channels: Sequence[NDArray], wraps: bool, reach: int) -> None:
+        self._height, self._width = channels[0].shape
+        self._pad = pad = reach if wraps else 0
+        padded = np.empty((self._height, self._width + 2 * pad, len(channels)))
+        for k, channel in enumerate(channels):
+            padded[:, pad : pad + self._width, k] = channel
+        padded[:, :pad] = padded[:, self._width : self._width + pad]
+        padded[:, pad + self._width :] = padded[:, pad : 2 * pad]
+        integral = cv2.integral(padded, sdepth=cv2.CV_64F)
         self._stride = integral.shape[1]
-        self._table = integral.reshape(-1, self._count)
+        self._table = integral.reshape(-1, len(channels))
 
     def around(self, rows: Indices, columns: Indices, half_height: Indices, half_width: Indices) -> NDArray:
         """Return the (n, k) sums of windows from middle - half to middle + half, both included."""

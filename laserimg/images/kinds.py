@@ -3,91 +3,55 @@
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from difflib import get_close_matches
-from functools import cached_property
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from laserimg.errors import ConfigError, ScanError
-from laserimg.geometry.blocks import by_row_blocks
 from laserimg.images.relative_depth import SURROUNDINGS_M, relative_depth
 from laserimg.images.stretch import Image, blacken, stretch
 from laserimg.images.view_frame import view_frame
-from laserimg.normals import normals
+from laserimg.normals import normals_by_rows
 from laserimg.scan import BoolArray, Float32Array, Scan
 
 
-class _Work:
-    """What several images of one scan share, computed when first asked for."""
-
-    def __init__(self, scan: Scan) -> None:
-        self.scan, self.valid = scan, scan.valid
-        self._images: dict[str, Image] = {}
-
-    @cached_property
-    def normals(self) -> Float32Array:
-        return normals(self.scan)
-
-    def image(self, name: str) -> Image:
-        """Make an image, or one plane of it, once."""
-        kind, _, plane = name.partition(".")
-        if kind not in self._images:
-            self._images[kind] = _MAKERS[kind](self)
-        image = self._images[kind]
-        return np.ascontiguousarray(image[..., "rgb".index(plane)]) if plane else image
+def _range(scan: Scan, valid: BoolArray) -> Image:
+    return stretch(scan.range, valid)
 
 
-def _range(work: _Work) -> Image:
-    return stretch(work.scan.range, work.valid)
-
-
-def _reflectance(work: _Work) -> Image:
-    if work.scan.reflectance is None:
+def _reflectance(scan: Scan, valid: BoolArray) -> Image:
+    if scan.reflectance is None:
         raise ScanError("the scan has no reflectance: no image of it can be made")
-    return stretch(work.scan.reflectance, work.valid)
+    return stretch(scan.reflectance, valid)
 
 
-def _normals(work: _Work) -> Image:
-    return _signed(work.normals, work.valid)
+def _depth_relative(scan: Scan, valid: BoolArray) -> Image:
+    return stretch(relative_depth(scan, valid), valid, (-SURROUNDINGS_M, SURROUNDINGS_M))
 
 
-def _normals_abs(work: _Work) -> Image:
-    return blacken(np.asarray(cv2.convertScaleAbs(work.normals, alpha=255), np.uint8), work.valid)
-
-
-def _normals_view(work: _Work) -> Image:
-    image = np.empty((*work.scan.shape, 3), np.uint8)
-
-    def make(rows: slice) -> None:
-        vectors = view_frame(work.scan.directions[rows], work.normals[rows], work.scan.up)
-        image[rows] = _signed(vectors, work.valid[rows])
-
-    by_row_blocks(make, work.scan.shape)
-    return image
-
-
-def _depth_relative(work: _Work) -> Image:
-    return stretch(relative_depth(work.scan, work.valid), work.valid, (-SURROUNDINGS_M, SURROUNDINGS_M))
-
-
-def _signed(vectors: Float32Array, valid: BoolArray) -> Image:
+def _signed(vectors: Float32Array) -> Image:
     """-1 to 1 becomes 0 to 255."""
-    return blacken(np.asarray(cv2.convertScaleAbs(vectors, alpha=127.5, beta=127.5), np.uint8), valid)
+    return np.asarray(cv2.convertScaleAbs(vectors, alpha=127.5, beta=127.5), np.uint8)
 
 
-_MAKERS: dict[str, Callable[[_Work], Image]] = {
+def _absolute(vectors: Float32Array) -> Image:
+    return np.asarray(cv2.convertScaleAbs(vectors, alpha=255), np.uint8)
+
+
+_GRAY: dict[str, Callable[[Scan, BoolArray], Image]] = {
     "range": _range,
     "reflectance": _reflectance,
-    "normals": _normals,
-    "normals_abs": _normals_abs,
-    "normals_view": _normals_view,
     "depth_relative": _depth_relative,
 }
-IMAGE_KINDS = tuple(_MAKERS)
-IMAGE_NAMES = (
-    *IMAGE_KINDS,
-    *(f"{kind}.{p}" for kind in IMAGE_KINDS if kind.startswith("normals") for p in "rgb"),
-)
+# From the normals, directions and "up" of some rows.
+_OF_NORMALS: dict[str, Callable[[Float32Array, Float32Array, NDArray[np.float64]], Image]] = {
+    "normals": lambda normals, directions, up: _signed(normals),
+    "normals_abs": lambda normals, directions, up: _absolute(normals),
+    "normals_view": lambda normals, directions, up: _signed(view_frame(directions, normals, up)),
+}
+IMAGE_KINDS = ("range", "reflectance", *_OF_NORMALS, "depth_relative")
+IMAGE_NAMES = (*IMAGE_KINDS, *(f"{kind}.{plane}" for kind in _OF_NORMALS for plane in "rgb"))
 
 
 def make_image(scan: Scan, kind: str) -> Image:
@@ -139,15 +103,33 @@ def make_images(scan: Scan, kinds: Iterable[str] = IMAGE_KINDS) -> dict[str, Ima
     names = list(kinds)
     for name in names:
         check_image_name(name)
-    work = _Work(scan)
+    wanted, valid = [name.partition(".")[0] for name in names], scan.valid
+    gray, of_normals = _side_by_side(
+        lambda: {kind: make(scan, valid) for kind, make in _GRAY.items() if kind in wanted},
+        lambda: _images_of_normals(scan, [kind for kind in _OF_NORMALS if kind in wanted], valid),
+    )
+    return {name: _plane(gray | of_normals, name) for name in names}
+
+
+def _side_by_side(*calls: Callable[[], dict[str, Image]]) -> list[dict[str, Image]]:
+    """Results of the calls: in turn where cv2 is told to use one thread, as in workers, else at once."""
     if cv2.getNumThreads() == 1:
-        return {name: work.image(name) for name in names}
-    # Normals take the longest and not all of it on two threads: the other images are made beside.
-    with ThreadPoolExecutor(1) as pool:
-        beside = {name: pool.submit(work.image, name) for name in names if not name.startswith("normals")}
-        images = {name: work.image(name) for name in names if name not in beside}
-    images |= {name: image.result() for name, image in beside.items()}
-    return {name: images[name] for name in names}
+        return [call() for call in calls]
+    with ThreadPoolExecutor(len(calls)) as pool:
+        return [done.result() for done in [pool.submit(call) for call in calls]]
+
+
+def _images_of_normals(scan: Scan, kinds: list[str], valid: BoolArray) -> dict[str, Image]:
+    images = {kind: np.empty((*scan.shape, 3), np.uint8) for kind in kinds}
+    for rows, found in normals_by_rows(scan) if images else ():
+        for kind, image in images.items():
+            image[rows] = blacken(_OF_NORMALS[kind](found, scan.directions[rows], scan.up), valid[rows])
+    return images
+
+
+def _plane(images: dict[str, Image], name: str) -> Image:
+    kind, _, plane = name.partition(".")
+    return np.ascontiguousarray(images[kind][..., "rgb".index(plane)]) if plane else images[kind]
 
 
 def check_image_name(name: str) -> None:

@@ -15,7 +15,7 @@ MAX_CELL_PIXELS = 8
 
 
 def relative_depth(scan: Scan, valid: BoolArray) -> Float32Array:
-    """Return the range less its mean over +-0.45 m, in metres, limited to +-0.45 m.
+    """Return the range less its mean over +-0.45 m, in metres.
 
     The mean is over the valid returns in the upright window of pixels that spans 0.45 m to each
     side at the range of its middle. It is taken at every pixel of a coarse scan; at the middles of
@@ -31,7 +31,6 @@ def relative_depth(scan: Scan, valid: BoolArray) -> Float32Array:
     range_m = scan.range if valid.all() else scan.range * valid
     difference = _means_around(scan, cell_means(range_m, size, size), share, size)
     np.subtract(scan.range, difference, out=difference)
-    np.clip(difference, -SURROUNDINGS_M, SURROUNDINGS_M, out=difference)
     if range_m is not scan.range:
         difference *= valid
     return difference
@@ -49,7 +48,7 @@ def _means_around(scan: Scan, total: Float32Array, share: Float32Array, size: in
     )
     if scan.wraps:
         np.minimum(half_width, (share.shape[1] - 1) // 2, out=half_width)
-    sums = WindowSums(np.stack([total, share], axis=-1).astype(np.float64), scan.wraps, int(half_width.max()))
+    sums = WindowSums([total, share], scan.wraps, int(half_width.max()))
     rows, columns = np.nonzero(share > 0)
     around = sums.around(rows, columns, half_height[rows, columns], half_width[rows, columns])
     mean = np.zeros(share.shape, np.float32)

@@ -34,7 +34,8 @@ def stretch(values: Float32Array, valid: BoolArray, limits: tuple[float, float] 
     if not high > low:
         return np.where(valid, np.uint8(MIDDLE), np.uint8(0))
     # Less than low is gray 1 too: 0 means not valid.
-    above = np.maximum(values - np.float32(low), np.float32(0))
+    above = values - np.float32(low)
+    np.maximum(above, np.float32(0), out=above)
     gray = cv2.convertScaleAbs(above, alpha=254 / (high - low), beta=1)
     return blacken(np.asarray(gray, np.uint8), valid)
 

@@ -1,5 +1,7 @@
 """The normal of the surface at every return of a scan."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from laserimg.normals.cells import Cells
@@ -57,11 +59,25 @@ def normals(scan: Scan) -> Float32Array:
     >>> bool(np.allclose(normals(scan), [-1, 0, 0], atol=1e-3))
     True
     """
+    found = np.empty((*scan.shape, 3), np.float32)
+    for rows, part in normals_by_rows(scan):
+        found[rows] = part
+    return found
+
+
+def normals_by_rows(scan: Scan) -> Iterator[tuple[slice, Float32Array]]:
+    """Yield `normals` by blocks of rows, while the processor has them at hand.
+
+    Yields
+    ------
+    rows : slice
+    normals : (h, W, 3) array of float32
+    """
     inverse_range = _inverse(scan.range)
     noise = Noise.of(scan)
     cells = Cells.of(scan, inverse_range, noise)
     planes = fit_planes(cells, noise)
-    return normals_of_pixels(scan, inverse_range, noise, cells, planes)
+    yield from normals_of_pixels(scan, inverse_range, noise, cells, planes)
 
 
 def _inverse(range_m: Float32Array) -> Float32Array:

@@ -1,12 +1,12 @@
 """From the planes of cells to a normal for every return."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Self
 
 import cv2
 import numpy as np
 
-from laserimg.geometry.blocks import by_row_blocks
 from laserimg.geometry.cells import pad_cells
 from laserimg.geometry.pitch import Floats
 from laserimg.geometry.windows import Indices
@@ -16,6 +16,8 @@ from laserimg.normals.noise import Noise
 from laserimg.normals.planes import NEIGHBOURS
 from laserimg.scan import BoolArray, Float32Array, Scan
 
+# Few enough for the processor's cache.
+BLOCK_PIXELS = 1 << 17
 # A return lies on a plane when it misses it by no more than this many standard deviations.
 ON_PLANE = 4.0
 # Length of the mean of 3 x 3 unit normals that are one surface, flat or curved: two halves 16
@@ -27,36 +29,38 @@ CREASE = np.cos(np.radians(40.0))
 
 def normals_of_pixels(
     scan: Scan, inverse_range: Float32Array, noise: Noise, cells: Cells, planes: Float32Array
-) -> Float32Array:
-    """Give every return the normal of a plane that it lies on.
+) -> Iterator[tuple[slice, Float32Array]]:
+    """Give every return the normal of a plane that it lies on; yield them by blocks of rows.
 
     Inside a surface the planes of cells are blended. At its borders a return takes the plane of
     its cell or of one beside it. What lies on none of them gets a fit of its own.
 
-    Returns
-    -------
-    (H, W, 3) array of float32
+    Yields
+    ------
+    rows : slice
+    normals : (h, W, 3) array of float32
     """
-    normals = np.empty((*scan.shape, 3), np.float32)
     mosaic = _Mosaic.of(cells, planes)
-
-    def work(block: slice) -> None:
+    for block in _row_blocks(scan.shape, cells.rows):
         returned = scan.range[block] > 0
         *blend, expected = mosaic.blend(block, scan.shape)
-        cv2.merge(_unit(blend, returned), dst=normals[block])
+        normals = np.asarray(cv2.merge(_unit(blend, returned)), np.float32)
         settled = mosaic.one_surface(block, scan.shape) & _near(expected, inverse_range[block], noise)
         # On a flat mask, as on two axes it takes ten times as long.
-        rows, columns = np.divmod(np.flatnonzero(returned & ~settled), scan.shape[1])
-        rows += block.start
-        chosen = mosaic.choose(
-            scan.directions[rows, columns].T, inverse_range[rows, columns], noise, rows, columns
-        )
+        block_rows, columns = np.divmod(np.flatnonzero(returned & ~settled), scan.shape[1])
+        rows = block_rows + block.start
+        rays = scan.directions[rows, columns].T.copy()
+        chosen = mosaic.choose(rays, inverse_range[rows, columns], noise, rows, columns)
         rest = ~chosen.any(axis=0)
         chosen[:, rest] = local_planes(scan, inverse_range, noise, rows[rest], columns[rest])
-        normals[rows, columns] = (chosen / -np.linalg.norm(chosen, axis=0)).T
+        normals[block_rows, columns] = (chosen / -np.linalg.norm(chosen, axis=0)).T
+        yield block, normals
 
-    by_row_blocks(work, scan.shape, multiple=cells.rows)
-    return normals
+
+def _row_blocks(shape: tuple[int, int], multiple: int) -> list[slice]:
+    """Rows of whole cells, about `BLOCK_PIXELS` at a time."""
+    step = max(1, BLOCK_PIXELS // (shape[1] * multiple)) * multiple
+    return [slice(first, min(first + step, shape[0])) for first in range(0, shape[0], step)]
 
 
 def _unit(planes: list[Float32Array], returned: BoolArray) -> list[Floats]:
@@ -139,15 +143,17 @@ class _Mosaic:
         """
         flat = self.planes.reshape(3, -1)
         home = (rows // self.cells.rows + 1) * self.planes.shape[2] + columns // self.cells.columns + 1
-        own, miss = _inverse_range_and_miss(flat.take(home, axis=1), directions, inverse_range, noise)
-        off = miss > ON_PLANE
-        chosen, best = np.where(off, 0, home), np.full(len(home), ON_PLANE, np.float32)
+        own, miss = _along_and_miss(flat.take(home, axis=1), directions, inverse_range, noise)
+        off = miss > ON_PLANE**2
+        chosen, best = np.where(off, 0, home), np.full(len(home), ON_PLANE**2, np.float32)
         for side, nearer in zip(NEIGHBOURS, self.nearer, strict=True):
             cell = home + _offset(self.planes, side)
-            other, miss = _inverse_range_and_miss(flat.take(cell, axis=1), directions, inverse_range, noise)
+            other, miss = _along_and_miss(flat.take(cell, axis=1), directions, inverse_range, noise)
             takes = (((other > own) == nearer.take(home)) | off) & (miss < best)
-            chosen, best = np.where(takes, cell, chosen), np.where(takes, miss, best)
-        return flat.take(chosen, axis=1) * (chosen > 0)
+            np.copyto(chosen, cell, where=takes)
+            np.copyto(best, miss, where=takes)
+        planes = flat.take(chosen, axis=1)
+        return planes * ((chosen > 0) & ((planes * directions).sum(axis=0) > 0))
 
 
 def _offset(padded: Float32Array, side: tuple[int, int]) -> int:
@@ -169,12 +175,11 @@ def _nearer_there(
     return found
 
 
-def _inverse_range_and_miss(
+def _along_and_miss(
     planes: Float32Array, directions: Float32Array, inverse_range: Float32Array, noise: Noise
 ) -> tuple[Float32Array, Float32Array]:
-    """Inverse range of n planes along n rays, and by how many deviations the returns miss it."""
+    """Inverse range of n planes along n rays, and the square of the deviations by which returns miss it."""
     x, y, z = planes
     along = x * directions[0] + y * directions[1] + z * directions[2]
-    variance = noise.variance(inverse_range, x * x + y * y + z * z)
-    miss = np.abs(inverse_range - along) / np.sqrt(variance)
-    return along, np.where(along > 0, miss, np.float32(np.inf))
+    miss = inverse_range - along
+    return along, miss * miss / noise.variance(inverse_range, x * x + y * y + z * z)

@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.geometry.blocks import by_row_blocks
 from laserimg.geometry.windows import Indices, WindowSums
 from laserimg.normals.cells import Cells
 from laserimg.normals.noise import Noise
@@ -25,7 +24,8 @@ FEWEST_CELLS = 6
 STEEPEST = 500.0
 # A plane passes through a cell when it misses the mean of its returns by this many standard errors.
 NEAR = 3.0
-BLOCK_CELLS = 1 << 15
+# Cells worked on at a time, few enough for the processor's cache.
+CHUNK = 1 << 13
 NEIGHBOURS = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
 
 
@@ -55,14 +55,11 @@ def _filled(cells: Cells, planes: Float32Array, scale: float, find: Callable[...
     """Return the planes, and what `find` gives where there is none yet."""
     half_height = _half(cells.window_height, scale)
     half_width = _half(cells.window_width, scale, cells)
+    rows, columns = np.nonzero((cells.count > 0) & ~planes.any(axis=0))
     more = planes.copy()
-
-    def work(block: slice) -> None:
-        rows, columns = np.nonzero((cells.count[block] > 0) & ~planes[:, block].any(axis=0))
-        at = rows + block.start, columns
+    for first in range(0, len(rows), CHUNK):
+        at = rows[first : first + CHUNK], columns[first : first + CHUNK]
         more[:, *at] = find(planes, at, half_height[at], half_width[at])
-
-    by_row_blocks(work, cells.shape, pixels=BLOCK_CELLS)
     return more
 
 
@@ -119,13 +116,12 @@ class _Search:
         return chosen
 
 
-def _moments(cells: Cells) -> Array:
-    """(h, w, 11) sums that add up over windows: cells with returns, v v^T, v / r, 1 / r^2."""
+def _moments(cells: Cells) -> list[NDArray]:
+    """What adds up over windows: cells with returns, v v^T (6), v / r (3), 1 / r^2."""
     weight = np.sqrt(cells.count.astype(np.float64))
     x, y, z = cells.directions * weight
     q = cells.inverse_range * weight
-    moments = [cells.count > 0, x * x, x * y, x * z, y * y, y * z, z * z, x * q, y * q, z * q, q * q]
-    return np.stack(moments, axis=-1)
+    return [cells.count > 0, x * x, x * y, x * z, y * y, y * z, z * z, x * q, y * q, z * q, q * q]
 
 
 def solve_symmetric(matrix: Sequence[Array], right: Sequence[Array]) -> Array:

@@ -20,7 +20,7 @@ MIN_FITTING = 0.2
 # box has one in the middle.
 _CELLS = 5
 # The pitch varies slowly, apart from noise: means over this part of the grid's sides are enough.
-_PITCH_CELLS = 128
+_PITCH_CELLS = 64
 _NO_RETURN = -128
 # Where the object is wider than here, not all of its width is asked whether it fits.
 _NARROW = 0.1

@@ -5,12 +5,11 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import cv2
-import joblib
 from threadpoolctl import threadpool_limits
 
 import laserimg
@@ -27,6 +26,7 @@ from laserimg.readers import read_file
 from laserimg.records import merged, scan_record
 from laserimg.scan import Scan
 from laserimg.settings import Settings, fingerprint
+from laserimg.workers import unordered
 
 SCANS, OVERLAYS = "scans", "overlays"
 
@@ -128,10 +128,8 @@ def run(
             yield Done(task.name, scans, resumed=True)
         else:
             waiting.append(task)
-    parallel = joblib.Parallel(n_jobs=min(jobs, max(len(waiting), 1)), return_as="generator_unordered")
-    work = joblib.delayed(_process)
-    results = parallel(work(task, settings, out, len(tasks) == 1) for task in waiting)
-    yield from cast(Iterator[Done], results)
+    work = partial(_process, settings=settings, out=out, only_scan=len(tasks) == 1)
+    yield from unordered(work, waiting, min(jobs, max(len(waiting), 1)), _died)
 
 
 def finished_scans(task: Task, out: Path) -> int:
@@ -165,6 +163,10 @@ def _process(task: Task, settings: Settings, out: Path, only_scan: bool) -> Done
     state = {"key": task.key, "scans": scans}
     write_text(out / SCANS / task.done_name, json.dumps(state))
     return Done(task.name, scans)
+
+
+def _died(task: Task) -> Done:
+    return Done(task.name, error=f"{task.file}: the process that worked on it was killed: out of memory?")
 
 
 @lru_cache(maxsize=1)

@@ -6,7 +6,7 @@ from pathlib import Path
 import laserimg
 
 LAYERS = [
-    ["errors", "files"],
+    ["errors", "files", "workers"],
     ["projection", "scan", "boxes"],
     ["geometry", "normals"],
     ["images", "formats", "readers"],

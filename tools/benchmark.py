@@ -35,7 +35,7 @@ from laserimg.rules.file import load_rules
 from laserimg.rules.model import Rules
 from laserimg.scan import Scan
 from rows import TITLES, Row, error, faster, under, within
-from scenes import Truth, panorama, room, scan_of, street
+from scenes import COLUMNS, ROWS, Truth, panorama, room, scan_of, street
 
 COMPONENTS = "cv2.connectedComponents"
 SET_SIZE = 100
@@ -147,15 +147,20 @@ def regions_section() -> Iterator[Row]:
 
 def jobs_section() -> Iterator[Row]:
     """100 scans with two jobs against one; each run in a fresh process and folder."""
+    for shape in ((181, 316), (ROWS, COLUMNS)):
+        yield _jobs_row(shape)
+
+
+def _jobs_row(shape: tuple[int, int]) -> Row:
     with TemporaryDirectory() as folder:
-        scan, _ = scan_of(room(), panorama(181, 316))
+        scan, _ = scan_of(room(), panorama(*shape))
         write_npz(scan, Path(folder) / "scan.npz")
         for number in range(SET_SIZE):
             shutil.copy(Path(folder) / "scan.npz", Path(folder) / f"{number:03}.npz")
         (Path(folder) / "scan.npz").unlink()
         one, two = (_detect_seconds(Path(folder), jobs) for jobs in (1, 2))
-    yield Row(
-        f"{SET_SIZE} scans with --jobs 2",
+    return Row(
+        f"{SET_SIZE} scans of {shape[0]}x{shape[1]} with --jobs 2",
         f"{two:.1f} s",
         "--jobs 1",
         f"{one:.1f} s",

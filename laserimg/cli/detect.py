@@ -56,7 +56,10 @@ def detect(
     from laserimg.cli.tables import print_findings
     from laserimg.cli.usage import settings_of
     from laserimg.errors import LaserImgError
+    from laserimg.workers import start_early
 
+    if jobs > 1:
+        start_early()
     settings = settings_of(
         rules=str(rules) if rules else None,
         cascades=cascades,

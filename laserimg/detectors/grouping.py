@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from laserimg.boxes import Boxes, iou
 
@@ -55,6 +54,8 @@ def grouped(
 
 def _groups(boxes: Boxes, margins: NDArray[np.float64], wrap_width: int | None) -> list[NDArray[np.intp]]:
     """Numbers of the hits in each group. Time and memory grow with their number, not with its square."""
+    from scipy.spatial import KDTree  # 60 ms that runs without window detectors do not need
+
     tree = KDTree(_centres(boxes, wrap_width), boxsize=(wrap_width or 0, 0))
     free = np.ones(len(boxes), np.bool_)
     groups = []

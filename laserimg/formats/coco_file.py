@@ -3,13 +3,17 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from laserimg.errors import LabelError, LaserImgError
 from laserimg.files import read_bytes, write_text
 from laserimg.formats.coco import READING, Annotation, Category, CocoFile, CocoImage
 from laserimg.formats.validation import problem
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
 
 # A thousand boxes need half a megabyte.
 MAX_BYTES = 1 << 30
@@ -38,17 +42,25 @@ def read_coco(path: Path) -> CocoFile:
     LabelError
         If the file cannot be read or is not such a file; names the annotation.
     """
-    from pydantic import TypeAdapter, ValidationError
+    from pydantic import ValidationError
 
     try:
         data = read_bytes(path, MAX_BYTES)
     except LaserImgError as error:
         raise LabelError(f"{path}: {error}") from None
     try:
-        parts = TypeAdapter(_Parts).validate_json(data)
+        parts = _adapter().validate_json(data)
     except ValidationError as error:
         raise LabelError(f"{path}: {_message(data, error.errors(include_url=False)[0])}") from None
     return CocoFile(parts.images, parts.categories, parts.annotations, parts.info, str(path))
+
+
+@cache
+def _adapter() -> "TypeAdapter[_Parts]":
+    """Made once: it takes longer than to read the results of a scan."""
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(_Parts)
 
 
 def write_coco(path: Path, coco: CocoFile) -> None:

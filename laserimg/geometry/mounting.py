@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from laserimg.errors import ConfigError
 from laserimg.scan import Scan
@@ -36,6 +35,8 @@ def with_up(scan: Scan, axis: str) -> Scan:
     if name.lstrip("+-") not in _AXES or len(name) > 2:
         raise ConfigError(f"up must be x, y, z, -x, -y or -z, not {axis!r}")
     up = np.array(_AXES[name.lstrip("+-")]) * (-1 if name.startswith("-") else 1)
+    from scipy.spatial.transform import Rotation  # 60 ms that few runs need
+
     rotation = Rotation.align_vectors([[0.0, 0.0, 1.0]], [up])[0]
     return _posed(scan, rotation.as_matrix())
 
@@ -49,6 +50,8 @@ def rotated(scan: Scan, roll_deg: float, pitch_deg: float, yaw_deg: float) -> Sc
     >>> rotated(scan, 90, 0, 0).up.round(6).tolist()
     [0.0, 1.0, 0.0]
     """
+    from scipy.spatial.transform import Rotation
+
     return _posed(scan, Rotation.from_euler("xyz", (roll_deg, pitch_deg, yaw_deg), degrees=True).as_matrix())
 
 

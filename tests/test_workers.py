@@ -1,0 +1,35 @@
+import os
+import signal
+
+import pytest
+
+from killed_workers import process_number, square_or_die
+from laserimg.workers import unordered
+
+needs_signals = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
+
+
+@pytest.mark.parametrize("jobs", [1, 3])
+def test_every_item_is_done_once(jobs):
+    results = list(unordered(square_or_die, range(12), jobs, died=lambda _: -1))
+    assert sorted(results) == [n * n for n in range(12)]
+
+
+@needs_signals
+def test_a_killed_worker_costs_its_item_alone():
+    results = list(unordered(square_or_die, range(30), 2, died=lambda item: -item))
+    assert sorted(results) == sorted([-13, *(n * n for n in range(30) if n != 13)])
+
+
+@needs_signals
+def test_an_only_item_may_die():
+    assert list(unordered(square_or_die, [13], 2, died=lambda item: -item)) == [-13]
+
+
+def test_one_job_works_here_and_several_elsewhere():
+    assert set(unordered(process_number, range(3), 1, died=int)) == {os.getpid()}
+    assert os.getpid() not in set(unordered(process_number, range(3), 2, died=int))
+
+
+def test_nothing_to_do():
+    assert list(unordered(square_or_die, [], 4, died=int)) == []

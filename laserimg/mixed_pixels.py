@@ -31,7 +31,8 @@ def with_mixed_pixels(
     wraps : bool
         The columns close a full turn.
     """
-    row, column = np.nonzero(loose)
+    # The two-dimensional nonzero takes ten times as long.
+    row, column = np.divmod(np.flatnonzero(loose), loose.shape[1])
     own = range_m[row, column]
     owner, nearest = np.zeros(len(own), np.int32), np.full(len(own), np.inf, np.float32)
     for rows, columns in ((0, 1), (0, -1), (1, 0), (-1, 0)):

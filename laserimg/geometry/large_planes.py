@@ -61,22 +61,22 @@ def large_planes(points: Float32Array, takes_part: BoolArray, pitch: tuple[float
     normals, offsets = _drawn(points, takes_part, pixels, pitch, random)
     chosen = random.choice(pixels, min(_SAMPLE, len(pixels)), replace=False)
     sample = points.reshape(-1, 3)[chosen]
-    area = np.einsum("ij,ij->i", sample, sample) * (pitch[0] * pitch[1] * len(pixels) / len(sample))
+    squared = np.einsum("ij,ij->i", sample, sample)
+    area = squared * np.float32(pitch[0] * pitch[1] * len(pixels) / len(sample))
     near = np.abs(sample @ normals.T - offsets) <= TOLERANCE_M
-    near &= np.sqrt(np.einsum("ij,ij->i", sample, sample))[:, None] * np.float32(_MIN_GRAZE) <= np.abs(
-        offsets
-    )
+    near &= np.sqrt(squared)[:, None] * np.float32(_MIN_GRAZE) <= np.abs(offsets)
+    votes_for = near.astype(np.float32)  # as numbers, or every count of votes would convert them
     free, found = takes_part.copy(), []
     for _ in range(_ATTEMPTS):
         still_free = free.ravel()[chosen]
-        votes = (area * still_free) @ near
+        votes = (area * still_free) @ votes_for
         best = int(np.argmax(votes)) if len(votes) else 0
         if len(votes) == 0 or votes[best] < MIN_AREA_M2 / 2:
             break
         plane = Plane(normals[best].astype(np.float64), float(offsets[best]))
         for tolerance in (3 * TOLERANCE_M, 2 * TOLERANCE_M, TOLERANCE_M):
             plane = refit_plane(plane, sample[still_free], tolerance, rounds=1)
-        near[:, best] = False
+        votes_for[:, best] = 0
         large = _patches(plane, points, free, pitch)
         if large is not None:
             found.append(large)

@@ -1,0 +1,1 @@
+"""Simulated scans: scenes of meshes, cast by models of laser scanners."""

@@ -1,0 +1,67 @@
+"""Facades with windows and doors set back in their reveals."""
+
+import numpy as np
+
+from laserimg.simulate.materials import MATERIALS
+from laserimg.simulate.mesh import Mesh, box, joined
+from laserimg.simulate.objects.loft import quads_mesh, varied
+from laserimg.simulate.things import Thing
+
+
+def facade(rng: np.random.Generator, width_m: float | None = None) -> tuple[Thing, ...]:
+    """Return a facade along y that faces +x: the wall, labelled building, then windows and doors.
+
+    Storeys 2.7-3.3 m, 2 to 4 of them; bays 2.2-3.4 m; windows 0.9-1.5 x 1.2-1.7 m with sill at
+    0.8-1.0 m; doors 0.9-1.1 x 2.0-2.2 m; reveals 0.08-0.25 m. Usual values of housing, set by eye.
+    """
+    width = width_m or rng.uniform(8.0, 18.0)
+    bays, floors, storey = max(2, round(width / rng.uniform(2.2, 3.4))), int(rng.integers(2, 5)), rng.uniform(2.7, 3.3)
+    wide, high, sill = rng.uniform(0.9, 1.5), rng.uniform(1.2, 1.7), rng.uniform(0.8, 1.0)
+    depth, wall = rng.uniform(0.08, 0.25), varied(rng, str(rng.choice(["brick", "concrete"])), 0.3)
+    entrance = int(rng.integers(bays))
+    centres = (np.arange(bays) + 0.5) / bays * width - width / 2
+    holes, things = [], []
+    for floor in range(floors):
+        for bay, y in enumerate(centres):
+            is_door = floor == 0 and bay == entrance
+            half = rng.uniform(0.45, 0.55) if is_door else min(wide, 0.7 * width / bays) / 2
+            low, tall = (0.0, rng.uniform(2.0, 2.2)) if is_door else (floor * storey + sill, high)
+            hole = (y - half, y + half, low, low + tall)
+            holes.append((bay, floor, *hole))
+            things.append(_door(rng, hole, depth) if is_door else _window(hole, depth))
+    height = floors * storey
+    panels = _panels(holes, bays, storey, width, depth)
+    ledges = [box((0.12, width, 0.1), wall).at(0.06, 0, floor * storey - 0.05) for floor in range(1, floors + 1)]
+    back = box((0.05, width, height), wall).at(-depth - 0.2, 0)
+    mesh = joined([quads_mesh(panels, [wall], np.zeros(len(panels), int)), back, *ledges])
+    return (Thing("facade", mesh, "building"), *things)
+
+
+def _panels(holes, bays: int, storey: float, width: float, depth: float) -> np.ndarray:
+    """Four wall pieces around each hole, and the four sides of its reveal."""
+    quads = []
+    for bay, floor, left, right, low, high in holes:
+        a, b = -width / 2 + bay * width / bays, -width / 2 + (bay + 1) * width / bays
+        bottom, top = floor * storey, (floor + 1) * storey
+        for y0, y1, z0, z1 in ((a, left, bottom, top), (right, b, bottom, top), (left, right, bottom, low), (left, right, high, top)):
+            quads.append([(0, y0, z0), (0, y1, z0), (0, y1, z1), (0, y0, z1)])
+        ring = [(left, low), (right, low), (right, high), (left, high)]
+        for (y0, z0), (y1, z1) in zip(ring, ring[1:] + ring[:1], strict=True):
+            quads.append([(0, y0, z0), (0, y1, z1), (-depth, y1, z1), (-depth, y0, z0)])
+    return np.array(quads, float)
+
+
+def _window(hole: tuple[float, ...], depth: float) -> Thing:
+    left, right, low, high = hole
+    y, frame = np.array([left, left + 0.07, right - 0.07, right]), 0
+    z = np.array([low, low + 0.07, high - 0.07, high])
+    quads = [[(-depth, y[j], z[i]), (-depth, y[j + 1], z[i]), (-depth, y[j + 1], z[i + 1]), (-depth, y[j], z[i + 1])]
+             for i in range(3) for j in range(3)]  # fmt: skip
+    which = [int(k == 4) for k in range(9)]
+    return Thing("window", quads_mesh(quads, [MATERIALS["paint_white"], MATERIALS["glass"]], which), "window")
+
+
+def _door(rng: np.random.Generator, hole: tuple[float, ...], depth: float) -> Thing:
+    left, right, low, high = hole
+    leaf: Mesh = box((0.05, right - left, high - low), varied(rng, "wood", 0.4))
+    return Thing("door", leaf.at(-depth - 0.025, (left + right) / 2, low), "door")

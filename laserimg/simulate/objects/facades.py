@@ -15,7 +15,11 @@ def facade(rng: np.random.Generator, width_m: float | None = None) -> tuple[Thin
     0.8-1.0 m; doors 0.9-1.1 x 2.0-2.2 m; reveals 0.08-0.25 m. Usual values of housing, set by eye.
     """
     width = width_m or rng.uniform(8.0, 18.0)
-    bays, floors, storey = max(2, round(width / rng.uniform(2.2, 3.4))), int(rng.integers(2, 5)), rng.uniform(2.7, 3.3)
+    bays, floors, storey = (
+        max(2, round(width / rng.uniform(2.2, 3.4))),
+        int(rng.integers(2, 5)),
+        rng.uniform(2.7, 3.3),
+    )
     wide, high, sill = rng.uniform(0.9, 1.5), rng.uniform(1.2, 1.7), rng.uniform(0.8, 1.0)
     depth, wall = rng.uniform(0.08, 0.25), varied(rng, str(rng.choice(["brick", "concrete"])), 0.3)
     entrance = int(rng.integers(bays))
@@ -31,9 +35,16 @@ def facade(rng: np.random.Generator, width_m: float | None = None) -> tuple[Thin
             things.append(_door(rng, hole, depth) if is_door else _window(hole, depth))
     height = floors * storey
     panels = _panels(holes, bays, storey, width, depth)
-    ledges = [box((0.12, width, 0.1), wall).at(0.06, 0, floor * storey - 0.05) for floor in range(1, floors + 1)]
-    back = box((0.05, width, height), wall).at(-depth - 0.2, 0)
-    mesh = joined([quads_mesh(panels, [wall], np.zeros(len(panels), int)), back, *ledges])
+    ledges = [
+        box((0.12, width, 0.1), wall).at(0.06, 0, floor * storey - 0.05) for floor in range(1, floors + 1)
+    ]
+    room = rng.uniform(2.5, 4.0)
+    shell = [
+        box((0.05, width, height), wall).at(-room, 0),
+        box((room, width, 0.1), wall).at(-room / 2, 0, height),
+    ]
+    shell += [box((room, 0.02, height), wall).at(-room / 2, y) for y in (0.01 - width / 2, width / 2 - 0.01)]
+    mesh = joined([quads_mesh(panels, [wall], np.zeros(len(panels), int)), *shell, *ledges])
     return (Thing("facade", mesh, "building"), *things)
 
 
@@ -43,7 +54,12 @@ def _panels(holes, bays: int, storey: float, width: float, depth: float) -> np.n
     for bay, floor, left, right, low, high in holes:
         a, b = -width / 2 + bay * width / bays, -width / 2 + (bay + 1) * width / bays
         bottom, top = floor * storey, (floor + 1) * storey
-        for y0, y1, z0, z1 in ((a, left, bottom, top), (right, b, bottom, top), (left, right, bottom, low), (left, right, high, top)):
+        for y0, y1, z0, z1 in (
+            (a, left, bottom, top),
+            (right, b, bottom, top),
+            (left, right, bottom, low),
+            (left, right, high, top),
+        ):
             quads.append([(0, y0, z0), (0, y1, z0), (0, y1, z1), (0, y0, z1)])
         ring = [(left, low), (right, low), (right, high), (left, high)]
         for (y0, z0), (y1, z1) in zip(ring, ring[1:] + ring[:1], strict=True):
@@ -53,10 +69,18 @@ def _panels(holes, bays: int, storey: float, width: float, depth: float) -> np.n
 
 def _window(hole: tuple[float, ...], depth: float) -> Thing:
     left, right, low, high = hole
-    y, frame = np.array([left, left + 0.07, right - 0.07, right]), 0
+    y = np.array([left, left + 0.07, right - 0.07, right])
     z = np.array([low, low + 0.07, high - 0.07, high])
-    quads = [[(-depth, y[j], z[i]), (-depth, y[j + 1], z[i]), (-depth, y[j + 1], z[i + 1]), (-depth, y[j], z[i + 1])]
-             for i in range(3) for j in range(3)]  # fmt: skip
+    quads = [
+        [
+            (-depth, y[a], z[b]),
+            (-depth, y[a + 1], z[b]),
+            (-depth, y[a + 1], z[b + 1]),
+            (-depth, y[a], z[b + 1]),
+        ]
+        for b in range(3)
+        for a in range(3)
+    ]
     which = [int(k == 4) for k in range(9)]
     return Thing("window", quads_mesh(quads, [MATERIALS["paint_white"], MATERIALS["glass"]], which), "window")
 

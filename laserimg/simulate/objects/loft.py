@@ -28,7 +28,7 @@ def quads_mesh(quads: ArrayLike, materials: list[Material], which: ArrayLike) ->
     """Return the mesh of (k, 4, 3) quadrilaterals, corners in turn, `which` (k,) as in `faces_mesh`."""
     corners = np.asarray(quads, np.float64)
     first = 4 * np.arange(len(corners))[:, None]
-    faces = np.concatenate([first + [0, 1, 2], first + [0, 2, 3]])
+    faces = np.concatenate([first + np.array(half) for half in ([0, 1, 2], [0, 2, 3])])
     return faces_mesh(corners.reshape(-1, 3), faces, materials, np.tile(np.asarray(which, int), 2))
 
 
@@ -51,7 +51,7 @@ def lofted(rings: ArrayLike, materials: list[Material], which: ArrayLike = 0) ->
     sides = np.stack([here, beside, beside + n, here, beside + n, here + n], -1).reshape(-1, 3)
     ring, turned = np.arange(n), np.roll(np.arange(n), -1)
     foot = np.stack([np.full(n, k * n), turned, ring], -1)
-    head = np.stack([np.full(n, k * n + 1), ring, turned], -1) + [0, (k - 1) * n, (k - 1) * n]
+    head = np.stack([np.full(n, k * n + 1), ring, turned], -1) + np.array([0, (k - 1) * n, (k - 1) * n])
     vertices = np.concatenate([points.reshape(-1, 3), points[[0, -1]].mean(axis=1)])
     chosen = np.repeat(np.broadcast_to(which, (k - 1, n)).ravel(), 2)
     faces = np.concatenate([sides, foot, head])

@@ -23,7 +23,10 @@ def person(rng: np.random.Generator, pose: str | None = None) -> Thing:
     top, bottom = (varied(rng, str(rng.choice(["fabric_light", "fabric_dark"])), 0.4) for _ in range(2))
     skin, hair = varied(rng, "skin", 0.2), varied(rng, "fabric_dark", 0.4)
     hip = SEAT_M + 0.09 if chosen == "sitting" else 0.52 * stature
-    parts = [*_legs(rng, chosen, stature, girth, hip, bottom), *_arms(rng, chosen, stature, girth, hip, top, skin)]
+    parts = [
+        *_legs(rng, chosen, stature, girth, hip, bottom),
+        *_arms(rng, chosen, stature, girth, hip, top, skin),
+    ]
     parts += [_trunk(stature, girth, hip, top), *_head(stature, hip, skin, hair)]
     if chosen != "sitting" and rng.random() < 1 / 3:
         parts.append(_bag(rng, stature, girth, hip))
@@ -43,7 +46,9 @@ def _legs(rng, pose: str, stature: float, girth: float, hip: float, cloth: Mater
         ankle = knee + shank * np.array([np.sin(bend), 0, -np.cos(bend)])
         parts.append(tube([start, knee], 0.043 * stature * girth, cloth))
         parts.append(tube([knee, ankle], 0.032 * stature * girth, cloth))
-        parts.append(box((0.15 * stature, 0.09, 0.07), "rubber").at(ankle[0] + 0.05, ankle[1], ankle[2] - 0.05))
+        parts.append(
+            box((0.15 * stature, 0.09, 0.07), "rubber").at(ankle[0] + 0.05, ankle[1], ankle[2] - 0.05)
+        )
     return parts
 
 

@@ -35,7 +35,9 @@ def _branches(rng, kind: str, height: float, bole: float, radius: float, bark: M
     up = rng.uniform(0, 1, count)
     start = bole + (0.85 * height - bole) * up
     crown = height * (rng.uniform(0.15, 0.22) if kind == "conifer" else rng.uniform(0.22, 0.35))
-    reach = crown * ((1 - up) * 0.95 + 0.05 if kind == "conifer" else np.sqrt(np.clip(1 - (2 * up - 0.8) ** 2 / 2, 0.1, 1)))
+    reach = crown * (
+        (1 - up) * 0.95 + 0.05 if kind == "conifer" else np.sqrt(np.clip(1 - (2 * up - 0.8) ** 2 / 2, 0.1, 1))
+    )
     reach = reach * rng.uniform(0.75, 1.1, count)
     azimuth = rng.uniform(0, 2 * np.pi, count)
     rise = reach * (rng.uniform(-0.25, 0.1, count) if kind == "conifer" else rng.uniform(0.2, 0.8, count))

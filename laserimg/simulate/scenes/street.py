@@ -25,18 +25,22 @@ def street(rng: np.random.Generator) -> Scene:
     density = 0.25 if rng.random() < 0.2 else rng.uniform(0.6, 1.0)
     things, taken = [_ground(rng, road, pave, kerb)], [(0.0, 0.0, 1.0)]
     for side in (-1, 1):
-        things += _row_of_houses(rng, side, road / 2 + pave, kerb)
+        things += _row_of_houses(rng, side, side * (road / 2 + pave), kerb)
         curb, wall = side * road / 2, side * (road / 2 + pave)
         for x in np.arange(-27, 28, 6.0):
             if rng.random() < 0.6 * density:
-                things += _free(car(rng), x + rng.uniform(-0.3, 0.3), curb - side * 1.25, 0, _along(rng), taken, 1.0)
+                things += _free(
+                    car(rng), x + rng.uniform(-0.3, 0.3), curb - side * 1.25, 0, _along(rng), taken, 1.0
+                )
         for x in np.arange(-27, 28, 9.0) + rng.uniform(0, 4):
             if rng.random() < density:
                 maker = tree if rng.random() < 0.5 else POLES[rng.choice(4, p=[0.4, 0.3, 0.15, 0.15])]
                 things += _free(maker(rng), x, curb + side * 0.5, kerb, rng.uniform(0, 360), taken, 0.35)
         for _ in range(rng.poisson(5 * density)):
-            y = rng.uniform(*sorted((curb + side * 1.1, wall - side * 0.6)))
-            things += _free(person(rng, _upright(rng)), rng.uniform(-25, 25), y, kerb, rng.uniform(0, 360), taken, 0.45)
+            y = side * rng.uniform(abs(curb) + 1.1, abs(wall) - 0.6)
+            things += _free(
+                person(rng, _upright(rng)), rng.uniform(-25, 25), y, kerb, rng.uniform(0, 360), taken, 0.45
+            )
     scanner = np.eye(4)
     heading = rng.uniform(0, 2 * np.pi)
     scanner[:2, :2] = [[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]]
@@ -52,7 +56,9 @@ def _upright(rng: np.random.Generator) -> str:
     return "standing" if rng.random() < 0.5 else "walking"
 
 
-def _free(thing: Thing, x: float, y: float, z: float, yaw_deg: float, taken: list, radius: float) -> list[Thing]:
+def _free(
+    thing: Thing, x: float, y: float, z: float, yaw_deg: float, taken: list, radius: float
+) -> list[Thing]:
     """The thing at its place, or nothing where its circle (cars: three along x) meets one taken."""
     along = (-1.6, 0.0, 1.6) if thing.label == "car" else (0.0,)
     circles = [(x + dx, y, radius) for dx in along]
@@ -77,7 +83,13 @@ def _row_of_houses(rng: np.random.Generator, side: int, y: float, z: float) -> l
 def _ground(rng: np.random.Generator, road: float, pave: float, kerb: float) -> Thing:
     """Strips across the street, crowned 2.5 % towards the gutters, pavement rough by 2 mm."""
     edge = road / 2
-    y = np.concatenate([-edge - pave - np.array([6, 2, 0.0]), [-edge - pave / 2, -edge - 0.001, -edge], np.linspace(-edge, edge, 9)[1:-1]])
+    y = np.concatenate(
+        [
+            -edge - pave - np.array([6, 2, 0.0]),
+            [-edge - pave / 2, -edge - 0.001, -edge],
+            np.linspace(-edge, edge, 9)[1:-1],
+        ]
+    )
     y = np.concatenate([y, -y[:6][::-1]])
     x = np.linspace(-HALF_LENGTH_M, HALF_LENGTH_M, 61)
     raised = np.abs(y) > edge

@@ -58,3 +58,13 @@ def test_panes_lie_behind_their_walls_on_both_sides_of_the_street():
                 sides.add(np.sign(y[0]))
                 assert np.abs(y).max() > np.abs(y[0]) + 0.2, "the back wall is farther out than the front"
     assert sides == {-1, 1}
+
+
+def test_crowns_and_cars_stay_off_the_facades():
+    for seed in range(10):
+        things = street(np.random.default_rng(seed)).things
+        walls = [np.abs(t.mesh.vertices[:, 1]) for t in things if t.kind == "facade"]
+        nearest = min(wall.min() for wall in walls)
+        for thing in things:
+            if thing.label in ("tree", "car"):
+                assert np.abs(thing.mesh.vertices[:, 1]).max() < nearest + 0.13, (seed, thing.kind)

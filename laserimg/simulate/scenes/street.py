@@ -30,12 +30,18 @@ def street(rng: np.random.Generator) -> Scene:
         for x in np.arange(-27, 28, 6.0):
             if rng.random() < 0.6 * density:
                 things += _free(
-                    car(rng), x + rng.uniform(-0.3, 0.3), curb - side * 1.25, 0, _along(rng), taken, 1.0
+                    car(rng),
+                    x + rng.uniform(-0.3, 0.3),
+                    curb - side * 1.25,
+                    -0.025 * (road / 2 - 1.25),
+                    _along(rng),
+                    taken,
+                    1.0,
                 )
         for x in np.arange(-27, 28, 9.0) + rng.uniform(0, 4):
             if rng.random() < density:
-                maker = tree if rng.random() < 0.5 else POLES[rng.choice(4, p=[0.4, 0.3, 0.15, 0.15])]
-                things += _free(maker(rng), x, curb + side * 0.5, kerb, rng.uniform(0, 360), taken, 0.35)
+                thing = _street_tree(rng, pave - 0.6) if rng.random() < 0.5 else _pole(rng)
+                things += _free(thing, x, curb + side * 0.5, kerb, rng.uniform(0, 360), taken, 0.35)
         for _ in range(rng.poisson(5 * density)):
             y = side * rng.uniform(abs(curb) + 1.1, abs(wall) - 0.6)
             things += _free(
@@ -46,6 +52,19 @@ def street(rng: np.random.Generator) -> Scene:
     scanner[:2, :2] = [[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]]
     scanner[2, 3] = rng.uniform(1.2, 2.0)
     return Scene(tuple(things), (scanner,), "street")
+
+
+def _pole(rng: np.random.Generator) -> Thing:
+    return POLES[rng.choice(4, p=[0.4, 0.3, 0.15, 0.15])](rng)
+
+
+def _street_tree(rng: np.random.Generator, room_m: float) -> Thing:
+    """A tree whose crown stays off the facades; after 8 that do not, a pole."""
+    for _ in range(8):
+        drawn = tree(rng)
+        if np.linalg.norm(drawn.mesh.vertices[:, :2], axis=1).max() < room_m:
+            return drawn
+    return _pole(rng)
 
 
 def _along(rng: np.random.Generator) -> float:

@@ -15,6 +15,7 @@ from laserimg.cli import (
     rules,
     samples,
     show,
+    simulate,
     train,
     train_hog,
 )
@@ -57,3 +58,4 @@ app.command()(images.images)
 train.app.command()(train_hog.hog)
 app.add_typer(train.app)
 app.command()(samples.samples)
+app.command()(simulate.simulate)

@@ -1,0 +1,111 @@
+"""Sets of simulated scans with their truth: the scan of a number depends on it and the seed alone."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from laserimg.errors import LaserImgError
+from laserimg.formats.coco import Annotation, Category, CocoFile, CocoImage
+from laserimg.formats.coco_file import read_coco, write_coco
+from laserimg.formats.npz import write_npz
+from laserimg.simulate.labels import truth_boxes
+from laserimg.simulate.measure import simulated
+from laserimg.simulate.scanner import SCANNERS
+from laserimg.simulate.scenes import SCENES
+from laserimg.workers import unordered
+
+# The classes of a set, with the same numbers in every set.
+LABELS = ("building", "car", "door", "person", "pole", "tree", "window")
+CATEGORIES = {label: number for number, label in enumerate(LABELS, 1)}
+TRUTH = "truth.coco.json"
+
+
+@dataclass(frozen=True, slots=True)
+class SetPlan:
+    """Which scans to make.
+
+    Parameters
+    ----------
+    scene, scanner : str
+        Names in `SCENES` and `SCANNERS`.
+    seed : int
+    out : Path
+    """
+
+    scene: str
+    scanner: str
+    seed: int
+    out: Path
+
+    def name(self, number: int) -> str:
+        """Return the file name of a scan; it tells scans of other plans apart."""
+        return f"{self.scene}-{self.scanner}-{self.seed}-{number:05d}.npz"
+
+    def truth(self, number: int) -> Path:
+        """Return where the truth of one scan is kept until the set is whole."""
+        return self.out / "truth" / f"{self.name(number)}.json"
+
+
+def make_scans(plan: SetPlan, count: int, jobs: int = 1) -> Iterator[int]:
+    """Make the scans of a set that are not there yet; yield the number of each as it is finished.
+
+    Raises
+    ------
+    MissingExtraError
+        Without Embree.
+    LaserImgError
+        If the process that made a scan was killed.
+    """
+    missing = []
+    for number in range(count):
+        if plan.truth(number).exists() and (plan.out / plan.name(number)).exists():
+            yield number
+        else:
+            missing.append(number)
+    yield from unordered(partial(_make_scan, plan), missing, min(jobs, max(len(missing), 1)), _died)
+
+
+def _make_scan(plan: SetPlan, number: int) -> int:
+    scene = SCENES[plan.scene](np.random.default_rng([plan.seed, number]))
+    seen = simulated(scene, 0, SCANNERS[plan.scanner], seed=plan.seed * 1_000_003 + number)
+    height, width = seen.scan.shape
+    boxes = truth_boxes(scene, seen, CATEGORIES, image_id=1, first_id=1)
+    image = CocoImage(1, plan.name(number), width, height)
+    write_npz(seen.scan, plan.out / plan.name(number))
+    write_coco(plan.truth(number), CocoFile((image,), _categories(), tuple(boxes)))
+    return number
+
+
+def _died(number: int) -> int:
+    raise LaserImgError(f"the process that made scan {number} was killed; fewer --jobs need less memory")
+
+
+def write_truth(plan: SetPlan, count: int) -> CocoFile:
+    """Write the truth of the whole set beside its scans, and return it."""
+    images: list[CocoImage] = []
+    boxes: list[Annotation] = []
+    for number in range(count):
+        one = read_coco(plan.truth(number))
+        (image,) = one.images
+        images.append(CocoImage(number + 1, image.file_name, image.width, image.height))
+        boxes += [
+            Annotation(
+                len(boxes) + place,
+                number + 1,
+                box.category_id,
+                box.bbox,
+                area=box.area,
+                size=box.size,
+            )
+            for place, box in enumerate(one.annotations, 1)
+        ]
+    coco = CocoFile(tuple(images), _categories(), tuple(boxes), source=str(plan.out / TRUTH))
+    write_coco(plan.out / TRUTH, coco)
+    return coco
+
+
+def _categories() -> tuple[Category, ...]:
+    return tuple(Category(number, label) for label, number in CATEGORIES.items())

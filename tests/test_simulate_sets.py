@@ -1,0 +1,82 @@
+import numpy as np
+import pytest
+
+from command import laserimg
+from laserimg.formats.coco_file import read_coco
+from laserimg.readers import open_scans
+from laserimg.simulate.labels import thing_size, truth_boxes
+from laserimg.simulate.measure import simulated
+from laserimg.simulate.mesh import box
+from laserimg.simulate.scanner import SCANNERS
+from laserimg.simulate.things import Scene, Thing
+
+pytest.importorskip("embreex")
+LMS = SCANNERS["lms200_tilt"]
+
+
+def one_box():
+    crate = Thing("crate", box((0.6, 0.4, 0.8), "concrete"), label="crate").at(3, 0, -0.4)
+    wall = Thing("wall", box((0.1, 8, 6), "concrete")).at(6, 0, -3)
+    return Scene((crate, wall), (np.eye(4),), "box")
+
+
+def test_a_box_is_around_what_is_seen_and_measures_the_whole():
+    scene = one_box()
+    (found,) = truth_boxes(scene, simulated(scene, 0, LMS, 0), {"crate": 4}, image_id=2, first_id=7)
+    x, y, w, h = found.bbox
+    # 0.4 m wide and 0.8 m high at 2.7 m, in steps of 0.5 and 112 / 225 degrees.
+    assert w == pytest.approx(2 * np.degrees(np.arctan(0.2 / 2.7)) / 0.5, abs=1.1)
+    assert h == pytest.approx(2 * np.degrees(np.arctan(0.4 / 2.7)) * 225 / 112, abs=1.1)
+    assert (x + w / 2, y + h / 2) == pytest.approx((180.5, 113), abs=1)
+    assert found.area == pytest.approx(w * h, rel=0.1)
+    size = found.size
+    assert (size.width, size.depth, size.height) == pytest.approx((0.4, 0.6, 0.8))
+    assert (size.length, size.breadth) == pytest.approx((0.6, 0.4), abs=1e-5)
+    assert (found.id, found.image_id, found.category_id) == (7, 2, 4)
+
+
+def test_things_that_few_pixels_show_or_without_a_class_have_no_box():
+    scene = one_box()
+    assert truth_boxes(scene, simulated(scene, 0, LMS, 0), {"car": 1}, 1, 1) == []
+    far = Scene((scene.things[0].at(25, 0), scene.things[1].at(25, 0)), scene.scanners, "far")
+    assert truth_boxes(far, simulated(far, 0, LMS, 0), {"crate": 1}, 1, 1) == []
+
+
+def test_width_is_across_the_line_of_sight():
+    mesh = box((0.6, 0.4, 0.8), "concrete").at(0, 3)
+    size = thing_size(mesh.vertices, np.zeros(2))
+    assert (size.width, size.depth) == pytest.approx((0.6, 0.4))
+
+
+def test_reflectance_falls_with_range_squared_and_incidence():
+    scan = simulated(one_box(), 0, LMS, 0).scan
+    row, middle = 112, 180
+    wall_straight = scan.reflectance[row, middle - 30]
+    face = scan.reflectance[row, middle]
+    cosine = scan.directions[row, middle - 30][0]
+    expected = cosine * (2.7 / (5.95 / cosine)) ** 2
+    assert wall_straight / face == pytest.approx(expected, rel=0.02)
+
+
+def test_a_set_depends_on_seed_and_number_alone_and_grows(tmp_path):
+    words = ("simulate", "street", "--scanner", "lms200_tilt")
+    laserimg(*words, "--count", 3, "--jobs", 2, "-o", tmp_path / "a")
+    laserimg(*words, "--count", 1, "-o", tmp_path / "b")
+    first = (tmp_path / "b" / "truth.coco.json").read_text()
+    laserimg(*words, "--count", 3, "-o", tmp_path / "b")
+    assert first != (tmp_path / "b" / "truth.coco.json").read_text()
+    assert (tmp_path / "a/truth.coco.json").read_bytes() == (tmp_path / "b/truth.coco.json").read_bytes()
+    for one, other in zip(open_scans(tmp_path / "a"), open_scans(tmp_path / "b"), strict=True):
+        np.testing.assert_array_equal(one.range, other.range)
+    truth = read_coco(tmp_path / "a/truth.coco.json")
+    assert len(truth.images) == 3
+    assert {"car", "person", "building"} <= {truth.labels[box.category_id] for box in truth.annotations}
+    for scan in open_scans(tmp_path / "a"):
+        assert truth.annotations_of(scan)
+
+
+def test_unknown_names_are_usage_errors(tmp_path):
+    result = laserimg("simulate", "moon", "-o", tmp_path / "out")
+    assert result.code == 2
+    assert "known: park, street" in result.err
+    assert not (tmp_path / "out").exists()

@@ -7,7 +7,7 @@ import typer
 
 
 def simulate(
-    scene: Annotated[str, typer.Argument(help="park or street.")],
+    scene: Annotated[str, typer.Argument(help="office, park or street.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder for scans and truth.")],
     scanner: Annotated[str, typer.Option(help="lms151_turn or lms200_tilt.")] = "lms151_turn",
     count: Annotated[int, typer.Option(min=1, help="Scans to make.")] = 10,
@@ -21,6 +21,7 @@ def simulate(
     --count adds to a set. Needs pip install "laserimg[simulate]".
 
     \b
+      laserimg simulate office --count 20 -o offices
       laserimg simulate street --count 20 -o streets
       laserimg simulate park --scanner lms200_tilt --count 200 --seed 1 --jobs 2 -o parks
       laserimg detect streets -o found && laserimg evaluate found/detections.json streets/truth.coco.json

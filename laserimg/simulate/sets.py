@@ -18,7 +18,9 @@ from laserimg.simulate.scenes import SCENES
 from laserimg.workers import unordered
 
 # The classes of a set, with the same numbers in every set.
-LABELS = ("building", "car", "door", "person", "pole", "tree", "window")
+LABELS = (
+    "building", "car", "door", "person", "pole", "tree", "window", "office_chair", "stairs", "wastebasket",
+)  # fmt: skip
 CATEGORIES = {label: number for number, label in enumerate(LABELS, 1)}
 TRUTH = "truth.coco.json"
 

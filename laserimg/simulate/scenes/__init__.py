@@ -5,10 +5,11 @@ from types import MappingProxyType
 
 import numpy as np
 
+from laserimg.simulate.scenes.office import office
 from laserimg.simulate.scenes.park import park
 from laserimg.simulate.scenes.street import street
 from laserimg.simulate.things import Scene
 
 SCENES: Mapping[str, Callable[[np.random.Generator], Scene]] = MappingProxyType(
-    {"park": park, "street": street}
+    {"office": office, "park": park, "street": street}
 )

@@ -1,0 +1,146 @@
+"""Places for things on a floor without one standing in another."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from laserimg.simulate.mesh import Mesh
+from laserimg.simulate.things import Thing
+
+MAX_PARTS = 60
+"""A thing of more separate parts (a full shelf, a plant) counts as one box."""
+
+
+def part_boxes(mesh: Mesh) -> NDArray[np.float64]:
+    """Return the (k, 2, 3) lowest and highest corners of a mesh's separate parts, in its own frame.
+
+    `laserimg.simulate.mesh.joined` keeps a part's vertices together, so parts are runs of vertices that
+    no face reaches across.
+    """
+    low, high = mesh.faces.min(axis=1), mesh.faces.max(axis=1)
+    depth = np.zeros(len(mesh.vertices) + 1, int)
+    np.add.at(depth, low + 1, 1)
+    np.subtract.at(depth, high + 1, 1)
+    starts = np.flatnonzero(np.cumsum(depth)[:-1] == 0)
+    pair = np.minimum.reduceat(mesh.vertices, starts), np.maximum.reduceat(mesh.vertices, starts)
+    if len(starts) > MAX_PARTS:
+        pair = pair[0].min(axis=0, keepdims=True), pair[1].max(axis=0, keepdims=True)
+    return np.stack(pair, axis=1)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Placed:
+    """Boxes that are turned about z together.
+
+    Parameters
+    ----------
+    centre, half : (k, 3) arrays
+        In the world, and half sizes in the frame of the thing.
+    yaw_rad : float
+    """
+
+    centre: NDArray[np.float64]
+    half: NDArray[np.float64]
+    yaw_rad: float
+
+    @property
+    def corners_xy(self) -> NDArray[np.float64]:
+        """(k, 4, 2) corners seen from above."""
+        signs = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+        return self.centre[:, None, :2] + (signs * self.half[:, None, :2]) @ _turn(self.yaw_rad).T
+
+
+def placed(boxes: NDArray, x: float, y: float, z: float = 0.0, yaw_deg: float = 0.0) -> Placed:
+    """Return `part_boxes` of a thing turned about z by `yaw_deg`, then shifted."""
+    middle, half = boxes.mean(axis=1), np.ptp(boxes, axis=1) / 2
+    turned = np.c_[middle[:, :2] @ _turn(np.radians(yaw_deg)).T, middle[:, 2]]
+    return Placed(turned + np.array([x, y, z]), half, float(np.radians(yaw_deg)))
+
+
+def penetration(first: Placed, second: Placed) -> float:
+    """Return how deep any box of one stands in a box of the other, in metres; 0 or less when apart.
+
+    Separating axes: z and the two sides of each of the two frames.
+    """
+    turn = _turn(first.yaw_rad - second.yaw_rad)
+    away = first.centre[:, None] - second.centre[None]
+    up = first.half[:, None, 2] + second.half[None, :, 2] - np.abs(away[..., 2])
+    in_second = np.abs(away[..., :2] @ _turn(second.yaw_rad))
+    in_first = np.abs(away[..., :2] @ _turn(first.yaw_rad))
+    one, other = first.half[:, None, :2], second.half[None, :, :2]
+    across_second = other + one @ np.abs(turn).T - in_second
+    across_first = one + other @ np.abs(turn) - in_first
+    return float(np.minimum(np.minimum(across_first, across_second).min(axis=-1), up).max())
+
+
+class Floor:
+    """Things put on a rectangle one after the other.
+
+    Parameters
+    ----------
+    low_xy, high_xy : sequences of 2 floats
+        Corners of the rectangle in metres; no thing reaches outside.
+    """
+
+    def __init__(self, low_xy: ArrayLike, high_xy: ArrayLike) -> None:
+        self.low, self.high = np.asarray(low_xy, float), np.asarray(high_xy, float)
+        self.things: list[Thing] = []
+        self._taken: list[tuple[NDArray, NDArray, Placed]] = []
+
+    def put(
+        self, thing: Thing, x: float, y: float, yaw_deg: float = 0.0, z: float = 0.0, slack_m: float = 0.01
+    ) -> bool:
+        """Put a thing there if it is inside and enters no other by more than `slack_m`; say whether."""
+        there = placed(part_boxes(thing.mesh), x, y, z, yaw_deg)
+        corners = there.corners_xy.reshape(-1, 2)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        if (low < self.low - slack_m).any() or (high > self.high + slack_m).any():
+            return False
+        pad = thing.clear_m
+        for other_low, other_high, other in self._taken:
+            near = (low - pad < other_high).all() and (high + pad > other_low).all()
+            if near and penetration(there, other) > slack_m:
+                return False
+        self._taken.append((low, high, there))
+        self.things.append(thing.at(x, y, z, yaw_deg))
+        return True
+
+    def keep_free(self, low: ArrayLike, high: ArrayLike, yaw_deg: float = 0.0) -> None:
+        """Keep things out of the box between two corners (3,)."""
+        corners = np.stack([np.asarray(low, float), np.asarray(high, float)])
+        box = placed(corners[None], 0, 0, 0, yaw_deg)
+        xy = box.corners_xy.reshape(-1, 2)
+        self._taken.append((xy.min(axis=0), xy.max(axis=0), box))
+
+    def put_anywhere(self, rng: np.random.Generator, thing: Thing, tries: int = 12) -> bool:
+        """Put a thing at a random place, turned any way, if one of `tries` is free."""
+        places = (rng.uniform(self.low, self.high) for _ in range(tries))
+        return any(self.put(thing, x, y, rng.uniform(0, 360)) for x, y in places)
+
+    def put_by_wall(
+        self,
+        rng: np.random.Generator,
+        thing: Thing,
+        gap_m: float = 0.02,
+        jitter_deg: float = 2.0,
+        tries: int = 8,
+    ) -> float | None:
+        """Put a thing with its back (-x) to a wall; return its yaw in degrees, None if no place is free."""
+        depth = -float(thing.mesh.vertices[:, 0].min()) + gap_m
+        for _ in range(tries):
+            side = int(rng.integers(4))
+            yaw = 90.0 * side
+            along = rng.uniform(self.low, self.high)
+            normal = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])[side]
+            wall = self.low if side < 2 else self.high
+            x, y = np.where(normal != 0, wall + normal * depth, along)
+            turned = yaw + rng.normal(0, jitter_deg)
+            if self.put(thing, x, y, turned, slack_m=0.03):
+                return turned
+        return None
+
+
+def _turn(angle_rad: float) -> NDArray[np.float64]:
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    return np.array([[cos, -sin], [sin, cos]])

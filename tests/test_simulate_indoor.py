@@ -1,5 +1,8 @@
 """Indoor objects and scenes, over many seeds."""
 
+from itertools import combinations
+
+import cv2
 import numpy as np
 import pytest
 
@@ -26,9 +29,13 @@ SIZES = {
     "suitcase": ((0.14, 0.36, 0.3), (0.3, 0.5, 1.2)),
     "coat_rack": ((0.3, 0.3, 1.58), (0.7, 0.7, 1.9)),
 }
+SIZES["stairs"] = ((0.7, 0.8, 0.4), (6.6, 3.4, 3.5))
 LABELLED = {"wastebasket", "office_chair", "door", "window", "stairs"}
-FIXED = {"wall", "floor", "ceiling", "door", "window", "glazing", "furniture", "outdoors", "carrier"}
-INDOOR = ("office",)
+FIXED = {
+    "wall", "floor", "ceiling", "door", "window", "glazing", "furniture", "outdoors", "carrier",
+    "shaft", "landing", "handrail", "parapet",
+}  # fmt: skip
+INDOOR = ("office", "corridor", "stairwell")
 
 
 @pytest.mark.parametrize("name", SIZES)
@@ -70,7 +77,7 @@ def test_same_seed_same_scene(name):
 
 @pytest.mark.parametrize("name", INDOOR)
 def test_nothing_stands_in_another_thing_or_at_the_scanner(name):
-    """Measured anew in the world: parts as boxes around their corners seen from above."""
+    """Measured anew in the world: parts as upright prisms over their hulls seen from above."""
     for seed in range(20):
         scene = SCENES[name](np.random.default_rng(seed))
         place = scene.scanners[0][:3, 3]
@@ -78,41 +85,48 @@ def test_nothing_stands_in_another_thing_or_at_the_scanner(name):
         for thing in loose:
             assert np.isfinite(thing.mesh.vertices).all()
             assert np.linalg.norm(thing.mesh.vertices - place, axis=1).min() > 0.3, (seed, thing.kind)
-        boxes = [rectangles(thing.mesh) for thing in loose]
-        for i, first in enumerate(boxes):
-            for j in range(i):
-                if deepest(first, boxes[j]) > 0.05:
-                    pytest.fail(f"seed {seed}: {loose[i].kind} in {loose[j].kind}")
+        shapes = [hulls(thing.mesh) for thing in loose]
+        for i, j in combinations(range(len(loose)), 2):
+            if are_near(loose[i].mesh, loose[j].mesh):
+                assert deepest(shapes[i], shapes[j]) < 0.05, (seed, loose[i].kind, loose[j].kind)
 
 
-def rectangles(mesh):
-    """Smallest upright boxes around the parts of a mesh that stands somewhere, as (centre, half, yaw)."""
-    import cv2
-
+def hulls(mesh):
+    """Convex hulls from above, and lowest and highest z, of the parts of a mesh that stands somewhere."""
     depth = np.zeros(len(mesh.vertices) + 1, int)
     np.add.at(depth, mesh.faces.min(axis=1) + 1, 1)
     np.subtract.at(depth, mesh.faces.max(axis=1) + 1, 1)
     runs = np.split(mesh.vertices, np.flatnonzero(np.cumsum(depth)[1:-1] == 0) + 1)
-    found = []
-    for points in runs if len(runs) <= 60 else [mesh.vertices]:
-        (x, y), (a, b), turn = cv2.minAreaRect(points[:, :2].astype(np.float32))
-        low, high = points[:, 2].min(), points[:, 2].max()
-        found.append(((x, y, (low + high) / 2), (a / 2, b / 2, (high - low) / 2), turn))
-    return found
+    parts = runs if len(runs) <= 60 else [mesh.vertices]
+    return [(hull(part[:, :2]), part[:, 2].min(), part[:, 2].max()) for part in parts]
+
+
+def hull(points):
+    return cv2.convexHull(points.astype(np.float32))[:, 0].astype(float)
 
 
 def deepest(first, second):
-    """Penetration of the deepest pair, box by box."""
-    worst = 0.0
-    for a in first:
-        for b in second:
-            if np.hypot(a[0][0] - b[0][0], a[0][1] - b[0][1]) < np.hypot(*a[1][:2]) + np.hypot(*b[1][:2]):
-                one, other = (
-                    placed(np.array([[np.negative(c[1]), c[1]]], float), c[0][0], c[0][1], c[0][2], c[2])
-                    for c in (a, b)
-                )
-                worst = max(worst, penetration(one, other))
-    return worst
+    """Penetration of the deepest pair of parts: separating axes along z and across every side."""
+    return max(
+        min(np.minimum(a[2], b[2]) - np.maximum(a[1], b[1]), across(a[0], b[0]))
+        for a in first
+        for b in second
+    )
+
+
+def across(one, other):
+    sides = np.concatenate([np.roll(p, -1, axis=0) - p for p in (one, other)])
+    normals = np.c_[-sides[:, 1], sides[:, 0]]
+    normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    a, b = one @ normals.T, other @ normals.T
+    return (np.minimum(a.max(axis=0), b.max(axis=0)) - np.maximum(a.min(axis=0), b.min(axis=0))).min()
+
+
+def are_near(first, second):
+    """Their boxes along x and y overlap."""
+    low, high = (f(first.vertices[:, :2]) for f in (lambda v: v.min(axis=0), lambda v: v.max(axis=0)))
+    points = second.vertices[:, :2]
+    return (low < points.max(axis=0)).all() and (high > points.min(axis=0)).all()
 
 
 def test_penetration_of_boxes_side_by_side_crossed_and_above():
@@ -136,6 +150,33 @@ def test_parts_of_a_joined_mesh():
     boxes = part_boxes(mesh)
     assert boxes.shape == (3, 2, 3)
     np.testing.assert_allclose(boxes[1], [(2.8, -0.2, 0), (3.2, 0.2, 0.5)], atol=1e-9)
+
+
+def test_stairwells_have_stairs_of_which_most_are_before_the_scanner():
+    scenes = [SCENES["stairwell"](np.random.default_rng(seed)) for seed in range(40)]
+    before = []
+    for scene in scenes:
+        scan_from_world = np.linalg.inv(scene.scanners[0])
+        flights = [t.mesh.vertices for t in scene.things if t.label == "stairs"]
+        before += [(v @ scan_from_world[:3, :3].T + scan_from_world[:3, 3])[:, 0].mean() > 0 for v in flights]
+    assert len(before) >= 38 and np.mean(before) > 0.8
+
+
+@pytest.mark.parametrize("name", INDOOR)
+def test_scanners_look_from_inside_the_room(name):
+    pytest.importorskip("embreex")
+    from laserimg.simulate.cast import Caster
+    from laserimg.simulate.mesh import joined
+
+    up_and_around = np.array([(0, 0, 1), (1, 0, 0.2), (-1, 0, 0.2), (0, 1, 0.2), (0, -1, 0.2)], float)
+    up_and_around /= np.linalg.norm(up_and_around, axis=1, keepdims=True)
+    for seed in range(20):
+        scene = SCENES[name](np.random.default_rng(seed))
+        place = scene.scanners[0][:3, 3]
+        assert 0.4 <= place[2] <= 1.6
+        hits = Caster(joined([thing.mesh for thing in scene.things]))(place, up_and_around)
+        assert np.isfinite(hits.distance[0]), "a ceiling is above"
+        assert (hits.distance > 0.3).all(), "nothing but the carrier is near"
 
 
 def test_offices_have_baskets_chairs_doors_and_windows_and_some_have_none():

@@ -78,5 +78,5 @@ def test_a_set_depends_on_seed_and_number_alone_and_grows(tmp_path):
 def test_unknown_names_are_usage_errors(tmp_path):
     result = laserimg("simulate", "moon", "-o", tmp_path / "out")
     assert result.code == 2
-    assert "park, street" in result.err
+    assert "office, park, stairwell, street" in result.err
     assert not (tmp_path / "out").exists()

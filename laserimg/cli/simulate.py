@@ -7,7 +7,7 @@ import typer
 
 
 def simulate(
-    scene: Annotated[str, typer.Argument(help="office, park or street.")],
+    scene: Annotated[str, typer.Argument(help="corridor, office, park, stairwell or street.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder for scans and truth.")],
     scanner: Annotated[str, typer.Option(help="lms151_turn or lms200_tilt.")] = "lms151_turn",
     count: Annotated[int, typer.Option(min=1, help="Scans to make.")] = 10,

@@ -14,6 +14,7 @@ from laserimg.simulate.objects.hedges import hedge
 from laserimg.simulate.objects.people import person
 from laserimg.simulate.objects.poles import bollard, lamp_post, sign_post, traffic_light
 from laserimg.simulate.objects.seats import armchair, chair, office_chair, stool
+from laserimg.simulate.objects.stairs import stairs
 from laserimg.simulate.objects.storage import cabinet, cardboard_boxes, coat_rack, shelf, suitcase
 from laserimg.simulate.objects.trees import tree
 from laserimg.simulate.objects.vessels import bucket, drum, umbrella_stand, wastebasket
@@ -21,7 +22,7 @@ from laserimg.simulate.objects.windows import glazing, window
 from laserimg.simulate.things import Thing
 
 _MAKERS = (
-    wastebasket, office_chair, door, window,
+    wastebasket, office_chair, door, window, stairs,
     desk, table, pedestal, chair, stool, armchair, shelf, cabinet, cardboard_boxes, suitcase, coat_rack,
     computer, monitor, printer, floor_lamp, robot, radiator, column, pipe, plant, ceiling_lamp, bucket,
     umbrella_stand, drum, glazing,

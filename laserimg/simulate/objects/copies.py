@@ -10,7 +10,7 @@ from laserimg.simulate.objects.loft import faces_mesh
 Row = tuple[float, ...]
 Materials = Material | str | list[Material]
 
-_BOX = box((1, 1, 1), "wood")
+BOX = box((1, 1, 1), "wood")
 _ROD = cylinder(1, 1, "wood", 8)
 _BALL = ellipsoid((1, 1, 1), "wood", 1)
 
@@ -27,7 +27,7 @@ def boxes(rows: ArrayLike, materials: Materials, which: ArrayLike = 0) -> Mesh:
         Index into a list of materials for each box.
     """
     values = np.asarray(rows, np.float64).reshape(-1, 6)
-    return copies(_BOX, values[:, 3:, None] * np.eye(3), values[:, :3], materials, which)
+    return copies(BOX, values[:, 3:, None] * np.eye(3), values[:, :3], materials, which)
 
 
 def rods(ends: ArrayLike, radius_m: ArrayLike, materials: Materials, which: ArrayLike = 0) -> Mesh:

@@ -5,11 +5,13 @@ from types import MappingProxyType
 
 import numpy as np
 
+from laserimg.simulate.scenes.corridor import corridor
 from laserimg.simulate.scenes.office import office
 from laserimg.simulate.scenes.park import park
+from laserimg.simulate.scenes.stairwell import stairwell
 from laserimg.simulate.scenes.street import street
 from laserimg.simulate.things import Scene
 
 SCENES: Mapping[str, Callable[[np.random.Generator], Scene]] = MappingProxyType(
-    {"office": office, "park": park, "street": street}
+    {"corridor": corridor, "office": office, "park": park, "stairwell": stairwell, "street": street}
 )

@@ -1,7 +1,5 @@
 """Offices: desks with chairs and wastebaskets, furniture along the walls, clutter between."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from laserimg.simulate.mesh import pose_at
@@ -9,16 +7,16 @@ from laserimg.simulate.objects.carriers import carrier
 from laserimg.simulate.objects.copies import boxes
 from laserimg.simulate.objects.desks import desk, pedestal, table
 from laserimg.simulate.objects.devices import computer, floor_lamp, printer, robot
-from laserimg.simulate.objects.fixtures import ceiling_lamp, column, pipe, plant, radiator
+from laserimg.simulate.objects.fixtures import column, pipe, plant, radiator
 from laserimg.simulate.objects.people import person
 from laserimg.simulate.objects.seats import armchair, chair, office_chair, stool
 from laserimg.simulate.objects.storage import cabinet, cardboard_boxes, coat_rack, shelf, suitcase
 from laserimg.simulate.objects.vessels import bucket, drum, umbrella_stand, wastebasket
+from laserimg.simulate.scenes.furnishing import Maker, hang_lamps, one_of
 from laserimg.simulate.scenes.placing import Floor
 from laserimg.simulate.scenes.rooms import BLANK, INSIDE, OUTSIDE, room
 from laserimg.simulate.things import Scene, Thing
 
-Maker = Callable[[np.random.Generator], Thing]
 BY_WALL: tuple[tuple[Maker, float], ...] = (
     (shelf, 0.26), (cabinet, 0.26), (radiator, 0.12), (table, 0.08), (coat_rack, 0.08), (plant, 0.08),
     (armchair, 0.06), (printer, 0.03), (pipe, 0.03),
@@ -54,7 +52,7 @@ def office(rng: np.random.Generator) -> Scene:
     x, y = (float(value) for value in place)
     floor.keep_free((*(place - SCANNER_RADIUS_M), 0.0), (*(place + SCANNER_RADIUS_M), 2.2))
     _furnish(rng, floor, length * width, size[2], is_labelled)
-    _hang_lamps(rng, floor, size)
+    hang_lamps(rng, floor, size)
     things = [*walls.things, carrier(rng, scanner_m).at(x, y, 0, rng.uniform(0, 360)), *floor.things]
     pose = pose_at(x, y, scanner_m, _heading_deg(rng, place, (length / 2, width / 2)))
     return Scene(tuple(things), (pose,), "office")
@@ -73,9 +71,9 @@ def _furnish(rng: np.random.Generator, floor: Floor, area: float, height: float,
     for _ in range(rng.poisson(0.7)):
         (floor.put_by_wall if rng.random() < 0.7 else floor.put_anywhere)(rng, basket(rng))
     for _ in range(rng.poisson(1.2 + area / 10)):
-        floor.put_by_wall(rng, _one_of(rng, BY_WALL))
+        floor.put_by_wall(rng, one_of(rng, BY_WALL))
     for _ in range(rng.poisson(1.0 + area / 10)):
-        floor.put_anywhere(rng, _one_of(rng, ANYWHERE))
+        floor.put_anywhere(rng, one_of(rng, ANYWHERE))
     for _ in range(rng.poisson(0.4)):
         floor.put_anywhere(rng, person(rng, "standing"))
     if chairs > 0 and rng.random() < 0.5:
@@ -105,9 +103,7 @@ def _seat_and_floor(rng, floor: Floor, at, size, may_swivel: bool, is_labelled: 
     """Things around a desk whose sitter is at +x: each tries places until one is free."""
     deep, wide = size
     seat = (
-        office_chair(rng)
-        if may_swivel and rng.random() < 0.85
-        else _one_of(rng, ((chair, 0.7), (stool, 0.3)))
+        office_chair(rng) if may_swivel and rng.random() < 0.85 else one_of(rng, ((chair, 0.7), (stool, 0.3)))
     )
     count = 0
     if rng.random() < 0.85:
@@ -150,23 +146,6 @@ def _partition(rng: np.random.Generator, height: float) -> Thing:
     return Thing(
         "partition", boxes([(0, 0, 0, rng.uniform(0.12, 1.5), rng.uniform(1.0, 2.5), height)], "plaster")
     )
-
-
-def _hang_lamps(rng: np.random.Generator, floor: Floor, size: tuple[float, float, float]) -> None:
-    """Rows of equal lamps, at least 2.1 m above the floor."""
-    length, width, height = size
-    lamp, yaw = ceiling_lamp(rng), float(rng.choice([0, 90]))
-    rows, columns = int(rng.integers(0, 3)), max(1, int(length / rng.uniform(2.0, 3.5)))
-    if height + lamp.mesh.vertices[:, 2].min() < 2.1:
-        return
-    for x in (np.arange(columns) + 0.5) * length / columns:
-        for y in (np.arange(rows) + 0.5) * width / max(rows, 1):
-            floor.put(lamp, x, y, yaw, height)
-
-
-def _one_of(rng: np.random.Generator, makers: tuple[tuple[Maker, float], ...]) -> Thing:
-    weights = np.array([weight for _, weight in makers])
-    return makers[rng.choice(len(makers), p=weights / weights.sum())][0](rng)
 
 
 def _heading_deg(rng: np.random.Generator, place, target) -> float:

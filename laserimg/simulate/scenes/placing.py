@@ -106,12 +106,16 @@ class Floor:
         self.things.append(thing.at(x, y, z, yaw_deg))
         return True
 
-    def keep_free(self, low: ArrayLike, high: ArrayLike, yaw_deg: float = 0.0) -> None:
+    def keep_free(self, low: ArrayLike, high: ArrayLike) -> None:
         """Keep things out of the box between two corners (3,)."""
         corners = np.stack([np.asarray(low, float), np.asarray(high, float)])
-        box = placed(corners[None], 0, 0, 0, yaw_deg)
-        xy = box.corners_xy.reshape(-1, 2)
-        self._taken.append((xy.min(axis=0), xy.max(axis=0), box))
+        self._taken.append((corners[0, :2], corners[1, :2], placed(corners[None], 0, 0)))
+
+    def is_free(self, low: ArrayLike, high: ArrayLike) -> bool:
+        """Say whether nothing is in the box between two corners (3,)."""
+        corners = np.stack([np.asarray(low, float), np.asarray(high, float)])
+        box = placed(corners[None], 0, 0)
+        return all(penetration(box, other) <= 0 for _, _, other in self._taken)
 
     def put_anywhere(self, rng: np.random.Generator, thing: Thing, tries: int = 12) -> bool:
         """Put a thing at a random place, turned any way, if one of `tries` is free."""

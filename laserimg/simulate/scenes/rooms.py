@@ -12,7 +12,7 @@ from laserimg.simulate.objects.windows import glazing, window, window_size
 from laserimg.simulate.scenes.walls import Hole, ceiling, plate, wall
 from laserimg.simulate.things import Thing
 
-BLANK, INSIDE, OUTSIDE = "blank", "inside", "outside"
+BLANK, INSIDE, OUTSIDE, OPEN = "blank", "inside", "outside", "open"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,7 +52,8 @@ def room(
         Metres along x, y and z.
     sides : tuple of str
         What is beyond the walls at x = 0, y = 0, x = length and y = width: "blank" walls have no holes,
-        "inside" ones doors, wide openings or glazing to a space 1.5-9 m deep, "outside" ones windows.
+        "inside" ones doors, wide openings or glazing to a space 1.5-9 m deep, "outside" ones windows
+        (or, one in five, glazing); where it is "open" there is no wall, floor and ceiling end.
     is_labelled : bool
         Doors and windows may be there; without them only openings and glazing.
     """
@@ -60,11 +61,9 @@ def room(
     paint = varied(rng, str(rng.choice(["plaster", "plaster", "concrete", "paint_white"])), 0.15)
     ground = varied(rng, str(rng.choice(["carpet", "tiles", "wood"])), 0.3)
     above = varied(rng, "paint_white", 0.1)
-    outer = 0.4
-    things = [
-        plate(rng, (-outer, -outer), (length + outer, width + outer), 0.0, ground),
-        ceiling(rng, (-outer, -outer), (length + outer, width + outer), height, above),
-    ]
+    past = [0.0 if beyond == OPEN else 0.4 for beyond in sides]
+    low, high = (-past[0], -past[1]), (length + past[2], width + past[3])
+    things = [plate(rng, low, high, 0.0, ground), ceiling(rng, low, high, height, above)]
     zones = []
     for number, beyond in enumerate(sides):
         long = width if number % 2 == 0 else length
@@ -77,6 +76,8 @@ def room(
 
 def _side(rng, long: float, height: float, beyond: str, materials: tuple[Material, ...], is_labelled: bool):
     """A wall along y seen from +x with its fillings, and the boxes to keep free before it."""
+    if beyond == OPEN:
+        return [], []
     thick = rng.uniform(0.25, 0.4) if beyond == OUTSIDE else rng.uniform(0.1, 0.25)
     holes, things, zones = [], [], []
     for kind, hole in _holes(rng, long, height, beyond, is_labelled):
@@ -94,24 +95,29 @@ def _side(rng, long: float, height: float, beyond: str, materials: tuple[Materia
 
 
 def _holes(rng, long: float, height: float, beyond: str, is_labelled: bool) -> list[tuple[str, Hole]]:
-    """Kinds and places of holes, from one end of the wall to the other, with 0.15-2 m between them."""
+    """Kinds and places of holes, from one end of the wall to the other, with 0.15-3.5 m between them."""
     found, at = [], -long / 2 + rng.uniform(0.15, 1.2)
-    windows = window_size(rng)
-    sill = rng.uniform(0.6, 1.1)
+    outer = "window" if is_labelled and rng.random() < 0.8 else "glazing"
+    (usual_wide, usual_high), sill = window_size(rng), rng.uniform(0.6, 1.1)
     while beyond != BLANK:
-        if beyond == OUTSIDE:
-            kind = "window" if is_labelled else "gap"
-            wide, high = windows[0] * rng.uniform(0.95, 1.05), min(windows[1], height - sill - 0.15)
-        else:
-            kind = str(rng.choice(["door", "opening", "glazing"], p=[0.75, 0.15, 0.1]))
-            kind = kind if is_labelled or kind != "door" else "opening"
-            wide, high = (
-                door_size(rng) if kind == "door" else (rng.uniform(1.0, 2.5), rng.uniform(2.0, height - 0.2))
+        kind = (
+            outer
+            if beyond == OUTSIDE
+            else str(rng.choice(["door", "opening", "glazing"], p=[0.75, 0.15, 0.1]))
+        )
+        kind = "opening" if kind == "door" and not is_labelled else kind
+        low, (wide, high) = 0.0, (rng.uniform(1.0, 2.5), rng.uniform(2.0, height - 0.2))
+        if kind == "window":
+            low, wide, high = (
+                sill,
+                usual_wide * rng.uniform(0.95, 1.05),
+                min(usual_high, height - sill - 0.15),
             )
+        elif kind == "door":
+            wide, high = door_size(rng)
         if at + wide > long / 2 - 0.12:
-            return found
-        if kind != "gap":
-            found.append((kind, Hole(at + wide / 2, sill if kind == "window" else 0.0, wide, high)))
+            break
+        found.append((kind, Hole(at + wide / 2, low, wide, high)))
         at += wide + (rng.uniform(0.15, 1.2) if beyond == OUTSIDE else rng.uniform(0.4, 3.5))
     return found
 

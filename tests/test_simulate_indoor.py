@@ -82,12 +82,13 @@ def test_nothing_stands_in_another_thing_or_at_the_scanner(name):
         scene = SCENES[name](np.random.default_rng(seed))
         place = scene.scanners[0][:3, 3]
         loose = [thing for thing in scene.things if thing.kind not in FIXED]
+        assert all(np.isfinite(thing.mesh.vertices).all() for thing in scene.things)
         for thing in loose:
-            assert np.isfinite(thing.mesh.vertices).all()
             assert np.linalg.norm(thing.mesh.vertices - place, axis=1).min() > 0.3, (seed, thing.kind)
         shapes = [hulls(thing.mesh) for thing in loose]
         for i, j in combinations(range(len(loose)), 2):
-            if are_near(loose[i].mesh, loose[j].mesh):
+            sits = loose[j].kind == "person" and j == i + 1
+            if not sits and are_near(loose[i].mesh, loose[j].mesh):
                 assert deepest(shapes[i], shapes[j]) < 0.05, (seed, loose[i].kind, loose[j].kind)
 
 

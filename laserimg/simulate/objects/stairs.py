@@ -114,7 +114,7 @@ def side_of_stairs(rng: np.random.Generator, size: Flight, y: float, kind: str =
         return Thing("parapet", _slope(size, [y], rng.uniform(0.08, 0.2), -0.3, high + 0.3, stone))
     metal = varied(rng, str(rng.choice(["metal_painted", "metal_bare", "wood"])), 0.3)
     every = float(rng.choice([0.12, 2 * size.going_m, 3 * size.going_m]))
-    x = -np.arange(0.05, size.run_m, every)
+    x = -np.linspace(0.05, size.run_m - 0.05, max(2, round(size.run_m / every)))
     z = (-x / size.going_m) * size.rise_m
     foot, head = np.c_[x, np.full(len(x), y), z], np.c_[x, np.full(len(x), y), z + high]
     radius = rng.uniform(0.018, 0.03)

@@ -1,8 +1,11 @@
 """Offices: desks with chairs and wastebaskets, furniture along the walls, clutter between."""
 
-import numpy as np
+from collections.abc import Iterator
 
-from laserimg.simulate.mesh import pose_at
+import numpy as np
+from numpy.typing import NDArray
+
+from laserimg.simulate.mesh import joined, pose_at
 from laserimg.simulate.objects.carriers import carrier
 from laserimg.simulate.objects.copies import boxes
 from laserimg.simulate.objects.desks import desk, pedestal, table
@@ -26,6 +29,7 @@ ANYWHERE: tuple[tuple[Maker, float], ...] = (
     (pedestal, 0.07), (bucket, 0.05), (umbrella_stand, 0.05), (stool, 0.05), (floor_lamp, 0.04),
     (table, 0.07),
 )  # fmt: skip
+Pose = tuple[float, float, float]
 MAX_OFFICE_CHAIRS = 5
 SCANNER_RADIUS_M = 0.55
 
@@ -83,57 +87,59 @@ def _furnish(rng: np.random.Generator, floor: Floor, area: float, height: float,
 def _workplace(rng: np.random.Generator, floor: Floor, may_swivel: bool, is_labelled: bool) -> int:
     """A desk, by a wall or free, with its seat, basket and PC; return how many office chairs came."""
     thing = desk(rng)
-    before = len(floor.things)
-    yaw = floor.put_by_wall(rng, thing, rng.uniform(0.01, 0.2)) if rng.random() < 0.65 else None
-    if yaw is None:
-        yaw = 90.0 * rng.integers(4) + rng.normal(0, 4)
-        for _ in range(10):
-            x, y = rng.uniform(floor.low, floor.high)
-            if floor.put(thing, x, y, yaw):
-                break
-    if len(floor.things) == before:
+    at = floor.put_by_wall(rng, thing, rng.uniform(0.01, 0.2)) if rng.random() < 0.65 else None
+    if at is None:
+        xy, yaw = rng.uniform(floor.low, floor.high, (10, 2)), 90.0 * rng.integers(4) + rng.normal(0, 4)
+        at = floor.put_first(thing, [(x, y, yaw) for x, y in xy])
+    if at is None:
         return 0
-    box = thing.mesh.vertices[:, :2]
-    deep, wide = np.ptp(box[:, 0]), np.ptp(box[:, 1])
-    centre = floor.things[-1].mesh.vertices[:, :2].mean(axis=0)
-    return _seat_and_floor(rng, floor, (*centre, float(yaw)), (deep, wide), may_swivel, is_labelled)
+    deep, wide, _ = thing.mesh.extents
+    size = min(float(deep), 0.9), float(wide)
+    count = _seat(rng, floor, at, size, may_swivel) if rng.random() < 0.85 else 0
+    _around_desk(rng, floor, at, size, is_labelled)
+    return count
 
 
-def _seat_and_floor(rng, floor: Floor, at, size, may_swivel: bool, is_labelled: bool) -> int:
-    """Things around a desk whose sitter is at +x: each tries places until one is free."""
+def _seat(
+    rng: np.random.Generator, floor: Floor, at: Pose, size: tuple[float, float], may_swivel: bool
+) -> int:
+    """A seat before a desk, pushed under it or drawn away, some with a person on it."""
+    swivels = may_swivel and rng.random() < 0.85
+    seat = office_chair(rng) if swivels else one_of(rng, ((chair, 0.7), (stool, 0.3)))
+    x, y = rng.uniform(-0.05, 0.6, 10) + size[0] / 2, rng.uniform(-0.3, 0.3, 10) * size[1]
+    if rng.random() < 0.12:
+        sitter = person(rng, "sitting")
+        both = Thing("", joined([seat.mesh, sitter.mesh]))
+        place = floor.put_first(both, _from_desk(at, x + 0.15, y, 180 + rng.normal(0, 15, 10)))
+        if place:
+            a, b, yaw = place
+            floor.things[-1:] = [seat.at(a, b, 0, yaw), sitter.at(a, b, 0, yaw)]
+    else:
+        place = floor.put_first(seat, _from_desk(at, x, y, 180 + rng.normal(0, 55, 10)))
+    return int(swivels and place is not None)
+
+
+def _around_desk(
+    rng: np.random.Generator, floor: Floor, at: Pose, size: tuple[float, float], is_labelled: bool
+) -> None:
+    """A basket, PC and more under the desk or beside it."""
     deep, wide = size
-    seat = (
-        office_chair(rng) if may_swivel and rng.random() < 0.85 else one_of(rng, ((chair, 0.7), (stool, 0.3)))
-    )
-    count = 0
-    if rng.random() < 0.85:
-        x, y = rng.uniform(0.15, 0.6, 8) + deep / 2, rng.uniform(-0.3, 0.3, 8) * wide
-        turn = 180 + rng.normal(0, 55, 8)
-        if _near(floor, seat, at, x, y, turn):
-            count = int(seat.label == "office_chair")
-            if rng.random() < 0.06:
-                _near(floor, person(rng, "standing"), at, x + 0.6, y, turn)
     beside = rng.choice([-1, 1], 10) * (wide / 2 + rng.uniform(0.15, 0.4, 10))
     under = rng.uniform(-0.45, 0.45, 10) * wide
     if rng.random() < 0.55:
         basket = wastebasket(rng) if is_labelled else bucket(rng)
-        is_under = rng.random() < 0.6
-        x = rng.uniform(-0.4, 0.45, 10) * deep
-        _near(floor, basket, at, x, under if is_under else beside, rng.uniform(0, 360, 10))
+        x, y = rng.uniform(-0.4, 0.45, 10) * deep, under if rng.random() < 0.6 else beside
+        floor.put_first(basket, _from_desk(at, x, y, rng.uniform(0, 360, 10)))
     for maker, share in ((computer, 0.5), (pedestal, 0.25), (cardboard_boxes, 0.12), (suitcase, 0.1)):
         if rng.random() < share:
-            y = under if rng.random() < 0.7 else beside
-            _near(floor, maker(rng), at, rng.uniform(-0.3, 0.2, 10) * deep, y, rng.normal(0, 8, 10))
-    return count
+            x, y = rng.uniform(-0.3, 0.2, 10) * deep, under if rng.random() < 0.7 else beside
+            floor.put_first(maker(rng), _from_desk(at, x, y, rng.normal(0, 8, 10)))
 
 
-def _near(floor: Floor, thing: Thing, at, x, y, turn_deg) -> bool:
-    """Try places given in the frame of a desk at (x, y, yaw in degrees)."""
+def _from_desk(at: Pose, x: NDArray, y: NDArray, turn_deg: NDArray) -> Iterator[Pose]:
+    """Places in the frame of a desk at (x, y, yaw in degrees), as places in the room."""
     cos, sin = np.cos(np.radians(at[2])), np.sin(np.radians(at[2]))
-    return any(
-        floor.put(thing, at[0] + cos * a - sin * b, at[1] + sin * a + cos * b, at[2] + turn)
-        for a, b, turn in zip(x, y, turn_deg, strict=True)
-    )
+    return zip(at[0] + cos * x - sin * y, at[1] + sin * x + cos * y, at[2] + turn_deg, strict=True)
 
 
 def _partition(rng: np.random.Generator, height: float) -> Thing:

@@ -1,5 +1,6 @@
 """Places for things on a floor without one standing in another."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,41 +87,49 @@ class Floor:
     def __init__(self, low_xy: ArrayLike, high_xy: ArrayLike) -> None:
         self.low, self.high = np.asarray(low_xy, float), np.asarray(high_xy, float)
         self.things: list[Thing] = []
-        self._taken: list[tuple[NDArray, NDArray, Placed]] = []
+        self._taken: list[Placed] = []
+        self._around = np.empty((0, 4))
 
     def put(
         self, thing: Thing, x: float, y: float, yaw_deg: float = 0.0, z: float = 0.0, slack_m: float = 0.01
     ) -> bool:
         """Put a thing there if it is inside and enters no other by more than `slack_m`; say whether."""
-        there = placed(part_boxes(thing.mesh), x, y, z, yaw_deg)
-        corners = there.corners_xy.reshape(-1, 2)
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        if (low < self.low - slack_m).any() or (high > self.high + slack_m).any():
-            return False
-        pad = thing.clear_m
-        for other_low, other_high, other in self._taken:
-            near = (low - pad < other_high).all() and (high + pad > other_low).all()
-            if near and penetration(there, other) > slack_m:
-                return False
-        self._taken.append((low, high, there))
-        self.things.append(thing.at(x, y, z, yaw_deg))
-        return True
+        return self.put_first(thing, [(x, y, yaw_deg)], z, slack_m) is not None
+
+    def put_first(
+        self,
+        thing: Thing,
+        places: Iterable[tuple[float, float, float]],
+        z: float = 0.0,
+        slack_m: float = 0.01,
+    ) -> tuple[float, float, float] | None:
+        """Put a thing, as `put` does, at the first free place (x, y, yaw in degrees); return it or None."""
+        boxes = part_boxes(thing.mesh)
+        radius = float(np.hypot(*np.abs(boxes[..., :2]).max(axis=(0, 1))))
+        for x, y, yaw_deg in places:
+            # Things mostly fail by their neighbours' circles and boxes: the exact test comes last.
+            there = placed(boxes, x, y, z, yaw_deg)
+            if self._is_inside(there, slack_m) and not self._hits(
+                there, (x, y), radius + thing.clear_m, slack_m
+            ):
+                self._add(there)
+                self.things.append(thing.at(x, y, z, yaw_deg))
+                return x, y, yaw_deg
+        return None
 
     def keep_free(self, low: ArrayLike, high: ArrayLike) -> None:
         """Keep things out of the box between two corners (3,)."""
-        corners = np.stack([np.asarray(low, float), np.asarray(high, float)])
-        self._taken.append((corners[0, :2], corners[1, :2], placed(corners[None], 0, 0)))
+        self._add(_box_between(low, high))
 
     def is_free(self, low: ArrayLike, high: ArrayLike) -> bool:
         """Say whether nothing is in the box between two corners (3,)."""
-        corners = np.stack([np.asarray(low, float), np.asarray(high, float)])
-        box = placed(corners[None], 0, 0)
-        return all(penetration(box, other) <= 0 for _, _, other in self._taken)
+        box = _box_between(low, high)
+        return all(penetration(box, other) <= 0 for other in self._taken)
 
     def put_anywhere(self, rng: np.random.Generator, thing: Thing, tries: int = 12) -> bool:
         """Put a thing at a random place, turned any way, if one of `tries` is free."""
-        places = (rng.uniform(self.low, self.high) for _ in range(tries))
-        return any(self.put(thing, x, y, rng.uniform(0, 360)) for x, y in places)
+        xy, yaw = rng.uniform(self.low, self.high, (tries, 2)), rng.uniform(0, 360, tries)
+        return self.put_first(thing, zip(xy[:, 0], xy[:, 1], yaw, strict=True)) is not None
 
     def put_by_wall(
         self,
@@ -129,20 +138,35 @@ class Floor:
         gap_m: float = 0.02,
         jitter_deg: float = 2.0,
         tries: int = 8,
-    ) -> float | None:
-        """Put a thing with its back (-x) to a wall; return its yaw in degrees, None if no place is free."""
+    ) -> tuple[float, float, float] | None:
+        """Put a thing with its back (-x) to a wall; return x, y and yaw in degrees, or None."""
         depth = -float(thing.mesh.vertices[:, 0].min()) + gap_m
-        for _ in range(tries):
-            side = int(rng.integers(4))
-            yaw = 90.0 * side
-            along = rng.uniform(self.low, self.high)
-            normal = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])[side]
-            wall = self.low if side < 2 else self.high
-            x, y = np.where(normal != 0, wall + normal * depth, along)
-            turned = yaw + rng.normal(0, jitter_deg)
-            if self.put(thing, x, y, turned, slack_m=0.03):
-                return turned
-        return None
+        side = rng.integers(4, size=tries)
+        normal = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])[side]
+        wall = np.where(side[:, None] < 2, self.low, self.high)
+        xy = np.where(normal != 0, wall + normal * depth, rng.uniform(self.low, self.high, (tries, 2)))
+        yaw = 90.0 * side + rng.normal(0, jitter_deg, tries)
+        return self.put_first(thing, zip(xy[:, 0], xy[:, 1], yaw, strict=True), slack_m=0.03)
+
+    def _is_inside(self, there: Placed, slack_m: float) -> bool:
+        corners = there.corners_xy
+        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+        return bool((low >= self.low - slack_m).all() and (high <= self.high + slack_m).all())
+
+    def _hits(self, there: Placed, at: tuple[float, float], radius: float, slack_m: float) -> bool:
+        low, high = np.subtract(at, radius), np.add(at, radius)
+        near = (self._around[:, :2] < high).all(axis=1) & (self._around[:, 2:] > low).all(axis=1)
+        return any(penetration(there, self._taken[k]) > slack_m for k in np.flatnonzero(near))
+
+    def _add(self, there: Placed) -> None:
+        corners = there.corners_xy
+        around = np.concatenate([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
+        self._taken.append(there)
+        self._around = np.concatenate([self._around, around[None]])
+
+
+def _box_between(low: ArrayLike, high: ArrayLike) -> Placed:
+    return placed(np.stack([np.asarray(low, float), np.asarray(high, float)])[None], 0, 0)
 
 
 def _turn(angle_rad: float) -> NDArray[np.float64]:

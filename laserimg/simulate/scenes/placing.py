@@ -126,7 +126,7 @@ class Floor:
         box = _box_between(low, high)
         return all(penetration(box, other) <= 0 for other in self._taken)
 
-    def put_anywhere(self, rng: np.random.Generator, thing: Thing, tries: int = 8) -> bool:
+    def put_anywhere(self, rng: np.random.Generator, thing: Thing, tries: int = 12) -> bool:
         """Put a thing at a random place, turned any way, if one of `tries` is free."""
         xy, yaw = rng.uniform(self.low, self.high, (tries, 2)), rng.uniform(0, 360, tries)
         return self.put_first(thing, zip(xy[:, 0], xy[:, 1], yaw, strict=True)) is not None
@@ -137,7 +137,7 @@ class Floor:
         thing: Thing,
         gap_m: float = 0.02,
         jitter_deg: float = 2.0,
-        tries: int = 6,
+        tries: int = 8,
     ) -> tuple[float, float, float] | None:
         """Put a thing with its back (-x) to a wall; return x, y and yaw in degrees, or None."""
         depth = -float(thing.mesh.vertices[:, 0].min()) + gap_m

@@ -32,4 +32,8 @@ class MissingExtraError(LaserImgError):
     """
 
     def __init__(self, what: str, extra: str) -> None:
-        super().__init__(f'{what} need an extra: pip install "laserimg[{extra}]"')
+        super().__init__(what, extra)  # as given: workers send errors home as their arguments
+
+    def __str__(self) -> str:
+        what, extra = self.args
+        return f'{what} need an extra: pip install "laserimg[{extra}]"'

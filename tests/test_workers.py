@@ -1,9 +1,11 @@
 import os
+import pickle
 import signal
 
 import pytest
 
 from killed_workers import process_number, square_or_die
+from laserimg.errors import MissingExtraError
 from laserimg.workers import unordered
 
 needs_signals = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
@@ -33,3 +35,8 @@ def test_one_job_works_here_and_several_elsewhere():
 
 def test_nothing_to_do():
     assert list(unordered(square_or_die, [], 4, died=int)) == []
+
+
+def test_a_missing_extra_comes_home_from_a_worker():
+    error = pickle.loads(pickle.dumps(MissingExtraError("simulated scans", "simulate")))
+    assert str(error) == 'simulated scans need an extra: pip install "laserimg[simulate]"'

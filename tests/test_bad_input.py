@@ -134,6 +134,76 @@ def make_e57(folder):
     return folder / "a.e57"
 
 
+OUSTER_ANGLES = {
+    "beam_altitude_deg": np.degrees(ELEVATION),
+    "beam_azimuth_deg": np.tile([4.2, -4.2], ROWS // 2),
+    "pixel_shift": np.tile([24, 0], ROWS // 2),
+}
+
+
+def make_ouster(folder):
+    np.savez(folder / "a.npz", range_mm=(grid().range * 1000).astype(np.uint32), **OUSTER_ANGLES)
+    return folder / "a.npz"
+
+
+PLY = "ply\nformat {} 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+
+
+def make_ply(folder):
+    points = columns_of_points(grid())
+    header = PLY.format("binary_little_endian", len(points)) + "end_header\n"
+    (folder / "a.ply").write_bytes(header.encode() + points.astype("<f4").tobytes())
+    return folder / "a.ply"
+
+
+def make_ascii_ply(folder):
+    points = columns_of_points(grid())
+    (folder / "a.ply").write_bytes(text(points, PLY.format("ascii", len(points)) + "end_header\n"))
+    return folder / "a.ply"
+
+
+def padded_pcd(points):
+    """As PCL writes its structs; SUSTech POINTS does the same with gaps of wrong widths."""
+    header = (
+        "VERSION 0.7\nFIELDS x y z _ intensity _\nSIZE 4 4 4 1 4 1\nTYPE F F F U F U\nCOUNT 1 1 1 4 1 12\n"
+        f"WIDTH {len(points)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(points)}\nDATA binary\n"
+    )
+    records = np.zeros((len(points), 8), "<f4")
+    records[:, :3], records[:, 4] = points, 7.0
+    return header.encode() + records.tobytes()
+
+
+def make_padded_pcd(folder):
+    (folder / "a.pcd").write_bytes(padded_pcd(columns_of_points(grid())))
+    return folder / "a.pcd"
+
+
+def write_sweep(path, points):
+    pa = pytest.importorskip("pyarrow")
+    from pyarrow import feather
+
+    with np.errstate(over="ignore"):
+        columns = {axis: points[:, k].astype(np.float16) for k, axis in enumerate("xyz")}
+    other = np.zeros(len(points), np.uint8)
+    feather.write_feather(pa.table(columns | {"intensity": other, "laser_number": other}), str(path))
+
+
+def make_argoverse(folder):
+    pa = pytest.importorskip("pyarrow")
+    from pyarrow import feather
+
+    for name in ("sensors/lidar", "calibration"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
+    names = ("qw", "qx", "qy", "qz", "tx_m", "ty_m", "tz_m")
+    upright, hanging = (1.0, 0, 0, 0, 1, 0, 1.6), (0.0, 1, 0, 0, 1, 0, 1.5)
+    poses = {name: pair for name, *pair in zip(names, upright, hanging, strict=True)}
+    table = pa.table({"sensor_name": ["up_lidar", "down_lidar"]} | poses)
+    feather.write_feather(table, str(folder / "calibration/egovehicle_SE3_sensor.feather"))
+    row, column = np.nonzero(grid().range > 0)
+    write_sweep(folder / "sensors/lidar/a.feather", grid().points()[row, column] + [1, 0, 1.6])
+    return folder / "sensors/lidar/a.feather"
+
+
 MAKERS = [
     make_npz,
     make_ptx,
@@ -148,6 +218,11 @@ MAKERS = [
     make_png,
     make_tiff,
     make_e57,
+    make_ouster,
+    make_ply,
+    make_ascii_ply,
+    make_padded_pcd,
+    make_argoverse,
 ]
 FORMATS = pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__.removeprefix("make_"))
 
@@ -255,6 +330,18 @@ def with_points(make, path, value):
     points = np.full((count, 3), value)
     if make is make_npz:
         np.savez(path, range=np.full(scan.shape, value), directions=scan.directions)
+    elif make is make_ouster:
+        np.savez(path, range_mm=np.full(scan.shape, value), **OUSTER_ANGLES)
+    elif make is make_ply:
+        data = path.read_bytes()
+        start = data.index(b"end_header\n") + 11
+        path.write_bytes(data[:start] + points.astype("<f4").tobytes())
+    elif make is make_ascii_ply:
+        path.write_bytes(text(points, PLY.format("ascii", count) + "end_header\n"))
+    elif make is make_padded_pcd:
+        path.write_bytes(padded_pcd(points))
+    elif make is make_argoverse:
+        write_sweep(path, np.full((count, 3), value) if value else np.tile([1.0, 0, 1.6], (count, 1)))
     elif make is make_ptx:
         header = b"\n".join(path.read_bytes().split(b"\n")[:10]) + b"\n"
         path.write_bytes(header + text(np.full((ROWS * COLUMNS, 4), value)))
@@ -302,14 +389,16 @@ def test_a_file_without_a_single_return_is_refused(make, value, tmp_path):
 def huge_header(make, path):
     """Let the header announce about 1e9 points."""
     data = path.read_bytes()
-    if make is make_npz:
+    if make in (make_npz, make_ouster):
         with zipfile.ZipFile(path, "w") as archive:
             shape = b"{'descr': '<f4', 'fortran_order': False, 'shape': (31622, 31622), }".ljust(117) + b"\n"
             for name in ("range", "directions"):
                 archive.writestr(f"{name}.npy", b"\x93NUMPY\x01\x00v\x00" + shape + b"0" * 64)
     elif make is make_ptx:
         path.write_bytes(data.replace(b"12\n8\n", b"31622\n31622\n", 1))
-    elif make in (make_organised_pcd, make_compressed_pcd, make_ascii_pcd):
+    elif make in (make_ply, make_ascii_ply):
+        path.write_bytes(data.replace(b"vertex 95", b"vertex 1000000000"))
+    elif make in (make_organised_pcd, make_compressed_pcd, make_ascii_pcd, make_padded_pcd):
         for field, value in ((b"WIDTH", 10**9), (b"HEIGHT", 1), (b"POINTS", 10**9)):
             start = data.index(field)
             data = data[:start] + b"%s %d" % (field, value) + data[data.index(b"\n", start) :]

@@ -152,3 +152,100 @@ def test_spinning_scanners_in_pcd_files_come_out_as_rings(data, name, shape, kep
     assert ((scan.range > 0).any(axis=0)).mean() > 0.97
     # One beam, one elevation.
     assert np.degrees(elevation.std(axis=1)).max() < 0.2
+
+
+def test_ouster_keeps_every_point_in_the_columns_of_its_sensor(data):
+    from laserimg.readers.ouster import beam_directions
+
+    path = data("ouster/ouster_os1_128_crossing.npz")
+    scan, truth = only(path), np.load(path)
+    returned = truth["range_mm"] > 0
+    np.testing.assert_array_equal(scan.range > 0, returned)
+    np.testing.assert_allclose(scan.points()[returned], truth["xyz_m"][returned], atol=1e-4)
+    np.testing.assert_array_equal(scan.reflectance[returned], truth["reflectivity"][returned])
+    assert scan.wraps
+    # The beam model, which aims the rays without return, agrees with the points.
+    aim = beam_directions(
+        truth["beam_altitude_deg"], truth["beam_azimuth_deg"], truth["pixel_shift"], scan.shape[1]
+    )
+    far = scan.range > 5
+    off = np.degrees(np.arccos(np.clip((aim * scan.directions).sum(axis=-1)[far], -1, 1)))
+    assert off.max() < 0.5
+
+
+def test_an_ouster_frame_without_points_is_read_by_its_angles(data, tmp_path):
+    path = data("ouster/ouster_os1_128_crossing.npz")
+    truth = np.load(path)
+    np.savez(tmp_path / "a.npz", **{key: truth[key] for key in truth if key not in ("xyz_m", "reflectivity")})
+    scan = only(tmp_path / "a.npz")
+    np.testing.assert_allclose(scan.range, truth["range_mm"] / 1000, rtol=1e-6)
+    # The beams start beside the sensor's origin: 16 mm out and 36 mm up.
+    off = np.linalg.norm(scan.points() - truth["xyz_m"], axis=-1)[truth["range_mm"] > 0]
+    assert off.max() < 0.06
+    assert scan.reflectance is None
+
+
+def test_rellis_is_destaggered_and_keeps_every_return(data):
+    path = data("rellis/frame000104-1581624663_170.ply")
+    scan = only(path)
+    record = [(k, "<f4") for k in ("x", "y", "z", "intensity")]
+    record += [("t", "<u4"), ("reflectivity", "<u2"), ("ring", "u1"), ("noise", "<u2"), ("range", "<u4")]
+    raw = path.read_bytes()
+    written = np.frombuffer(raw, record, offset=raw.index(b"end_header\n") + 11).reshape(2048, 64).T
+    assert scan.shape == (64, 2048)
+    assert scan.wraps
+    np.testing.assert_array_equal((scan.range > 0).sum(axis=1), (written["range"] > 0).sum(axis=1))
+    np.testing.assert_allclose(
+        np.sort(scan.range[scan.range > 0]), np.sort(written["range"][written["range"] > 0]) / 1000, atol=2e-3
+    )
+    # A column is one azimuth, whatever the stagger of its ring.
+    azimuth = np.arctan2(scan.directions[..., 1], scan.directions[..., 0])
+    columns = np.pi - (np.arange(2048) + 0.5) * 2 * np.pi / 2048
+    off = np.degrees((azimuth - columns + np.pi) % (2 * np.pi) - np.pi)[scan.range > 0]
+    assert np.abs(off - np.median(off)).max() < 0.12
+
+
+@pytest.mark.parametrize(("name", "returns"), [("000950", 68242), ("000975", 67153)])
+def test_sustech_records_are_read_as_they_are_not_as_the_header_says(data, name, returns):
+    path = data(f"sustech/data/example/lidar/{name}.pcd")
+    scan = only(path)
+    assert scan.shape[0] == 40
+    assert 1750 < scan.shape[1] < 1850
+    assert scan.wraps
+    assert (scan.range > 0).sum() > 0.999 * returns
+    elevation = np.degrees(np.arcsin(scan.directions[..., 2]))
+    assert (np.diff(elevation.mean(axis=1)) < 0).all()
+    assert elevation.std(axis=1).max() < 0.1
+    assert 0 <= scan.reflectance.min() < scan.reflectance.max() <= 255
+
+
+def test_an_argoverse_sweep_is_two_upright_scans_in_the_vehicles_frame(data):
+    pytest.importorskip("pyarrow")
+    from pyarrow import feather
+
+    log = data("argoverse2/7fab2350-7eaf-3b7e-a39d-6937a4c1bede")
+    path = log / "sensors/lidar/315966265259836000.feather"
+    scans = list(open_scans(path))
+    table = feather.read_table(path)
+    laser = table["laser_number"].to_numpy()
+    assert [scan.index for scan in scans] == [0, 1]
+    for scan, own in zip(scans, (laser < 32, laser >= 32), strict=True):
+        assert scan.shape[0] == 32
+        assert scan.wraps
+        assert (scan.range > 0).sum() > 0.995 * own.sum()
+        assert scan.up[2] > 0.99
+        pose = scan.world_from_scan
+        points = scan.points()[scan.range > 0].astype(np.float64) @ pose[:3, :3].T + pose[:3, 3]
+        written = np.stack([table[axis].to_numpy()[own] for axis in "xyz"], axis=1).astype(np.float64)
+        from scipy.spatial import cKDTree
+
+        assert cKDTree(written).query(points)[0].max() < 1e-4
+    assert scans[0].world_from_scan[2, 3] == pytest.approx(1.64, abs=0.01)
+
+
+def test_a_folder_with_other_tables_gives_the_sweeps_alone(data):
+    pytest.importorskip("pyarrow")
+    from laserimg.readers import find_files
+
+    files = find_files([data("argoverse2")])
+    assert [file.parent.name for file in files] == ["lidar", "lidar"]

@@ -1,4 +1,5 @@
-"""The project's own NPZ: ``range`` with ``directions``, or with ``azimuth_deg`` and ``elevation_deg``."""
+"""The project's own NPZ: ``range`` with ``directions``, or with ``azimuth_deg`` and ``elevation_deg``; and
+Ouster frames, which their keys tell apart."""
 
 import io
 import math
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from laserimg.errors import LaserImgError, ScanError
 from laserimg.files import MAX_UNPACKED_BYTES, read_bytes
 from laserimg.projection import directions_from_angles, measured
+from laserimg.readers.ouster import is_ouster, scan_of_ouster
 from laserimg.scan import Scan
 
 _OPTIONAL = ("reflectance", "filled", "world_from_scan")
@@ -30,6 +32,9 @@ def read_npz(path: Path) -> Iterator[Scan]:
         If it is no NPZ file, holds objects, or lacks a key.
     """
     arrays = load_arrays(read_bytes(path))
+    if is_ouster(arrays):
+        yield scan_of_ouster(arrays)
+        return
     if "range" not in arrays:
         raise ScanError(f"has no key 'range', only {' '.join(sorted(arrays)) or 'nothing'}")
     optional: dict[str, Any] = {key: arrays[key] for key in _OPTIONAL if key in arrays}
@@ -40,10 +45,10 @@ def read_npz(path: Path) -> Iterator[Scan]:
 def holds_range(path: Path) -> bool:
     """Tell whether an NPZ file is a scan or broken, for folders that hold other arrays too."""
     try:
-        keys = set(load_arrays(read_bytes(path)))
+        arrays = load_arrays(read_bytes(path))
     except LaserImgError:
         return True
-    return "range" in keys and bool(keys & {"directions", "azimuth_deg"})
+    return is_ouster(arrays) or ("range" in arrays and bool(set(arrays) & {"directions", "azimuth_deg"}))
 
 
 def load_arrays(data: bytes, limit: int = MAX_UNPACKED_BYTES) -> dict[str, NDArray]:

@@ -19,6 +19,7 @@ from laserimg.errors import ScanError
 from laserimg.files import read_bytes
 from laserimg.readers.fields import intensity_field, ring_field
 from laserimg.readers.grid import scan_from_grid
+from laserimg.readers.pcd_padding import without_padding
 from laserimg.readers.points import scan_from_points
 from laserimg.readers.pose import pose_from_quaternion
 from laserimg.scan import Scan
@@ -130,6 +131,7 @@ def _typical_step(values: FloatArray, axis: int) -> float:
 def _read_cloud(data: bytes) -> Any:
     from pypcd4.pypcd4 import PointCloud
 
+    data = without_padding(data)
     _check_header(data)
     try:
         cloud = PointCloud.from_fileobj(io.BytesIO(data))  # type: ignore[arg-type]

@@ -1,0 +1,125 @@
+"""Argoverse 2 sweeps (``sensors/lidar/TIMESTAMP.feather``): two scans, of the upper and the lower lidar.
+
+The file holds points in the frame of the vehicle; ``calibration/egovehicle_SE3_sensor.feather``, two folders
+up, takes each lidar's to its own frame. The lower one hangs upside down: its frame is turned by half a turn
+about x, so that its image stands upright. `world_from_scan` leads to the frame of the vehicle.
+"""
+
+import io
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from laserimg.errors import LaserImgError, MissingExtraError, ScanError
+from laserimg.files import read_bytes
+from laserimg.readers.points import scan_from_points
+from laserimg.readers.pose import pose_from_quaternion
+from laserimg.scan import Scan
+
+FloatArray = NDArray[np.float64]
+
+# Name in the calibration, and the first of its lasers in the sweep (Argoverse 2 user guide, "Lidar").
+LIDARS = (("up_lidar", 0), ("down_lidar", 32))
+LASERS = 32
+SWEEP = ("x", "y", "z", "intensity", "laser_number")
+CALIBRATION = Path("calibration", "egovehicle_SE3_sensor.feather")
+POSE = ("qw", "qx", "qy", "qz", "tx_m", "ty_m", "tz_m")
+# Columns of words; all others that are read hold numbers.
+TEXTS = ("sensor_name", "category")
+_HALF_TURN = np.diag([1.0, -1.0, -1.0, 1.0])
+_MAX_TABLE_BYTES = 1 << 30
+
+
+def read_argoverse(path: Path) -> Iterator[Scan]:
+    """Yield the scans of a sweep: of the upper, then of the lower lidar.
+
+    Raises
+    ------
+    ScanError
+        If the file is no sweep, or its log's calibration is missing.
+    MissingExtraError
+        Without pyarrow.
+    """
+    sweep = read_feather(path, SWEEP)
+    points = np.stack([sweep[axis].astype(np.float64) for axis in "xyz"], axis=1)
+    laser, intensity = sweep["laser_number"].astype(np.intp), sweep["intensity"].astype(np.float64)
+    poses = _poses(path)
+    for name, first in LIDARS:
+        own = (laser >= first) & (laser < first + LASERS)
+        if own.any():
+            pose = poses[name]
+            with np.errstate(invalid="ignore", over="ignore"):
+                seen = (points[own] - pose[:3, 3]) @ pose[:3, :3]
+            yield scan_from_points(seen, intensity[own], laser[own], world_from_scan=pose)
+
+
+def holds_sweep(path: Path) -> bool:
+    """Tell whether a feather file is a sweep: tables of poses and annotations have the suffix too."""
+    try:
+        return b"laser_number" in read_bytes(path, _MAX_TABLE_BYTES)
+    except LaserImgError:
+        return True
+
+
+def log_folder(path: Path) -> Path:
+    """Return the folder of the log that a sweep belongs to.
+
+    Examples
+    --------
+    >>> log_folder(Path("7fab/sensors/lidar/315.feather")).as_posix()
+    '7fab'
+    """
+    return path.parent.parent.parent
+
+
+def read_feather(path: Path, columns: Sequence[str]) -> dict[str, NDArray[Any]]:
+    """Return columns of a feather file as arrays.
+
+    Raises
+    ------
+    ScanError
+        If the file is no feather file, lacks a column, or has a gap in one.
+    MissingExtraError
+        Without pyarrow.
+    """
+    try:
+        import pyarrow as pa
+        from pyarrow import feather
+    except ImportError:
+        raise MissingExtraError("Argoverse feather files", "argoverse") from None
+    data = read_bytes(path, _MAX_TABLE_BYTES)
+    try:
+        table = feather.read_table(io.BytesIO(data))
+        table.validate(full=True)
+        found = {name: table[name].to_numpy() for name in columns if name in table.column_names}
+    except (pa.ArrowException, OSError, ValueError, KeyError) as error:
+        raise ScanError(f"not a feather file: {' '.join(str(error).split())[:120]}") from error
+    missing = [name for name in columns if name not in found]
+    if missing:
+        raise ScanError(f"has no column {' '.join(missing)}")
+    wrong = [name for name, values in found.items() if values.dtype.kind not in "fiu" and name not in TEXTS]
+    if wrong or any(table[name].null_count for name in columns):
+        raise ScanError(f"a column holds no numbers or has gaps: {' '.join(wrong or columns)}")
+    return found
+
+
+def _poses(path: Path) -> dict[str, FloatArray]:
+    file = log_folder(path) / CALIBRATION
+    if not file.is_file():
+        raise ScanError(f"needs {file}, where the log says how its lidars are mounted")
+    try:
+        table = read_feather(file, ("sensor_name", *POSE))
+    except ScanError as error:
+        raise ScanError(f"with {file}: {error}") from error
+    rows = dict(zip(table["sensor_name"].tolist(), np.stack([table[k] for k in POSE], axis=1), strict=True))
+    missing = [name for name, _ in LIDARS if name not in rows]
+    if missing:
+        raise ScanError(f"with {file}: has no sensor {' '.join(missing)}")
+    return {name: _upright(pose_from_quaternion(rows[name][:4], rows[name][4:])) for name, _ in LIDARS}
+
+
+def _upright(pose: FloatArray) -> FloatArray:
+    return pose @ _HALF_TURN if pose[2, 2] < 0 else pose

@@ -1,0 +1,94 @@
+"""One seed of the experiment: scans, objects, and what each is taken for when it is left out."""
+
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from laserimg.classify import Recipe, describe_images
+from laserimg.classify.left_out import decided
+from laserimg.classify.svm import C
+from laserimg.classify.validation import leave_one_out, predicted
+from paper_one.controls import by_shape, by_size
+from paper_one.objects import Found, collected
+from paper_one.plan import Plan
+
+PAPER = {"HONV": "honv", "HONV and HOG": "honv+hog", "3DHOG": "3dhog"}
+SETS = {**PAPER, "3DHOG and HOG": "3dhog+hog"}
+OF_RANGE, WITH_SIZE, WHOLE_SCANS = ", gradients of range", " + size", ", whole scans left out"
+SIZE_ONLY, SHAPE = "size only (RBF)", "global shape (random forest)"
+# Numbers of the size, at the end of a description.
+_SIZES = 3
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Run:
+    """What came out for one seed.
+
+    Parameters
+    ----------
+    plan : Plan
+    found : list of Found
+    refused : Counter
+        Clusters that are no objects, by reason and class.
+    scans : int
+    taken_for : dict of str to (n,) array of str
+        The class of every object by each way of classifying.
+    seconds : dict of str to float
+        What each part took.
+    """
+
+    plan: Plan
+    found: list[Found]
+    refused: Counter[tuple[str, str]]
+    scans: int
+    taken_for: dict[str, np.ndarray] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def labels(self) -> np.ndarray:
+        """(n,) true classes."""
+        return np.array([one.truth.label for one in self.found])
+
+
+def run_of(plan: Plan) -> Run:
+    """Make the scans of a seed and classify their objects."""
+    start = time.perf_counter()
+    pool = collected(plan)
+    run = Run(plan, pool.found, pool.refused, pool.scans)
+    run.seconds["scans and segmentation"] = time.perf_counter() - start
+    for name, features in SETS.items():
+        _classify(run, name, Recipe(features, 1, True))
+        if features != "honv":
+            _classify(run, name + OF_RANGE, Recipe(features, 1, True, "range"))
+    clouds = [one.points for one in run.found]
+    run.taken_for[SIZE_ONLY] = by_size(clouds, run.labels)
+    run.taken_for[SHAPE] = by_shape(clouds, run.labels)
+    return run
+
+
+def _classify(run: Run, name: str, recipe: Recipe) -> None:
+    """Leave each object out, without and with its size; where reflectance counts, whole scans as well."""
+    start = time.perf_counter()
+    vectors = np.stack([describe_images(one.images, one.points, recipe) for one in run.found])
+    described = time.perf_counter()
+    plain = vectors[:, :-_SIZES]
+    run.taken_for[name] = predicted(leave_one_out(plain, run.labels), run.labels)
+    run.seconds[f"{name}: descriptors"] = described - start
+    run.seconds[f"{name}: leave-one-out"] = time.perf_counter() - described
+    if recipe.appearance == "reflectance":
+        run.taken_for[name + WITH_SIZE] = predicted(leave_one_out(vectors, run.labels), run.labels)
+        scans = np.array([one.scan for one in run.found])
+        run.taken_for[name + WHOLE_SCANS] = without_scans(plain, run.labels, scans)
+
+
+def without_scans(vectors: np.ndarray, labels: np.ndarray, scans: np.ndarray) -> np.ndarray:
+    """Return the class (n,) of every object by machines that saw no object of its scan."""
+    kernel = vectors.astype(np.float64) @ vectors.astype(np.float64).T
+    decisions = np.empty((len(labels), len(np.unique(labels))))
+    for scan in np.unique(scans):
+        train, test = np.flatnonzero(scans != scan), np.flatnonzero(scans == scan)
+        for column, label in enumerate(np.unique(labels)):
+            decisions[test, column] = decided(kernel, train, test, labels == label, C)
+    return predicted(decisions, labels)

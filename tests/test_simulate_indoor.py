@@ -29,6 +29,14 @@ SIZES = {
     "suitcase": ((0.14, 0.36, 0.3), (0.3, 0.5, 1.2)),
     "coat_rack": ((0.3, 0.3, 1.58), (0.7, 0.7, 1.9)),
 }
+SIZES |= {
+    "bag": ((0.12, 0.25, 0.22), (0.4, 0.6, 0.6)),
+    "stack": ((0.2, 0.2, 0.05), (0.5, 0.6, 1.2)),
+    "equipment": ((0.1, 0.1, 0.1), (1.8, 1.8, 2.2)),
+    "trolley": ((0.4, 0.5, 0.6), (0.7, 1.0, 1.55)),
+    "screen": ((0.4, 0.8, 1.1), (0.4, 1.8, 1.8)),
+    "whiteboard": ((0.5, 0.7, 1.68), (0.6, 1.8, 2.02)),
+}
 SIZES["stairs"] = ((0.7, 0.8, 0.4), (6.6, 3.4, 3.5))
 LABELLED = {"wastebasket", "office_chair", "door", "window", "stairs"}
 FIXED = {
@@ -78,7 +86,7 @@ def test_same_seed_same_scene(name):
 @pytest.mark.parametrize("name", INDOOR)
 def test_nothing_stands_in_another_thing_or_at_the_scanner(name):
     """Measured anew in the world: parts as upright prisms over their hulls seen from above."""
-    for seed in range(20):
+    for seed in range(7 if name == "office" else 20):
         scene = SCENES[name](np.random.default_rng(seed))
         place = scene.scanners[0][:3, 3]
         loose = [thing for thing in scene.things if thing.kind not in FIXED]
@@ -174,16 +182,45 @@ def test_scanners_look_from_inside_the_room(name):
     for seed in range(20):
         scene = SCENES[name](np.random.default_rng(seed))
         place = scene.scanners[0][:3, 3]
-        assert 0.4 <= place[2] <= 1.6
+        assert 0.4 <= place[2] <= 1.7
         hits = Caster(joined([thing.mesh for thing in scene.things]))(place, up_and_around)
         assert np.isfinite(hits.distance[0]), "a ceiling is above"
         assert (hits.distance > 0.3).all(), "nothing but the carrier is near"
 
 
 def test_offices_have_baskets_chairs_doors_and_windows_and_some_have_none():
-    scenes = [SCENES["office"](np.random.default_rng(seed)) for seed in range(60)]
+    scenes = [SCENES["office"](np.random.default_rng(seed)) for seed in range(30)]
     counts = [{label: sum(t.label == label for t in s.things) for label in LABELLED} for s in scenes]
     assert sum(not any(count.values()) for count in counts) >= 2
     for label in ("wastebasket", "office_chair", "door", "window"):
         assert np.mean([count[label] for count in counts]) > 0.8, label
-    assert max(count["office_chair"] for count in counts) <= 6
+    assert max(count["office_chair"] for count in counts) >= 8
+
+
+def test_offices_are_as_dense_as_the_measured_one():
+    """Medians of 20 offices near those of the office scan within 56 degrees of the horizon.
+
+    There: median range 2.28 m, 18 % of the neighbours in a row more than 5 cm apart, 18 % of the returns on
+    the floor. With the furniture of before, floors took 25 % and 13 % jumped.
+    """
+    pytest.importorskip("embreex")
+    from laserimg.projection import directions_from_angles
+    from laserimg.simulate.cast import Caster
+    from laserimg.simulate.mesh import joined
+
+    up, around = np.radians(np.arange(55, -56, -2.5)), np.radians(np.arange(180, -180, -360 / 316))
+    beams, found = directions_from_angles(around, up), []
+    for seed in range(20):
+        scene = SCENES["office"](np.random.default_rng([7, seed]))
+        place = scene.scanners[0][:3, 3]
+        hits = Caster(joined([thing.mesh for thing in scene.things]))(place, beams.reshape(-1, 3))
+        r = hits.distance.reshape(beams.shape[:2])
+        seen = np.isfinite(r) & (r > 0.5)
+        both = seen[:, 1:] & seen[:, :-1]
+        jumps = np.abs(np.diff(np.where(seen, r, 0), axis=1))[both] > 0.05
+        on_floor = np.abs(r * beams[..., 2] + place[2])[seen] < 0.06
+        found.append((np.median(r[seen]), jumps.mean(), on_floor.mean()))
+    median, jumps, floor = np.median(found, axis=0)
+    assert 1.9 < median < 2.6
+    assert 0.14 < jumps < 0.21
+    assert 0.12 < floor < 0.22

@@ -6,6 +6,7 @@ from types import MappingProxyType
 import numpy as np
 
 from laserimg.simulate.objects.cars import car
+from laserimg.simulate.objects.clutter import bag, cables, equipment, screen, stack, trolley, whiteboard
 from laserimg.simulate.objects.desks import desk, pedestal, table
 from laserimg.simulate.objects.devices import computer, floor_lamp, monitor, printer, robot
 from laserimg.simulate.objects.doors import door
@@ -25,7 +26,7 @@ _MAKERS = (
     wastebasket, office_chair, door, window, stairs,
     desk, table, pedestal, chair, stool, armchair, shelf, cabinet, cardboard_boxes, suitcase, coat_rack,
     computer, monitor, printer, floor_lamp, robot, radiator, column, pipe, plant, ceiling_lamp, bucket,
-    umbrella_stand, drum, glazing,
+    umbrella_stand, drum, glazing, bag, cables, equipment, screen, stack, trolley, whiteboard,
     car, person, tree, lamp_post, sign_post, traffic_light, bollard, hedge,
 )  # fmt: skip
 OBJECTS: Mapping[str, Callable[[np.random.Generator], Thing]] = MappingProxyType(

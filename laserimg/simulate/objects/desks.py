@@ -12,14 +12,22 @@ from laserimg.simulate.things import Thing
 FORMS = ("straight", "round_end", "corner")
 
 
-def desk(rng: np.random.Generator, form: str | None = None) -> Thing:
+def desk(rng: np.random.Generator, form: str | None = None, size: tuple[float, float] | None = None) -> Thing:
     """Return a desk with things on it: straight, with a round end, or L-shaped; with or without pedestals.
 
     EN 527-1: top 0.65-0.76 m above the floor (fixed ones 0.74), at least 0.60 m deep; 1.2-2.0 m wide.
     Pedestals 0.42 m wide, 0.5-0.6 m high.
+
+    Parameters
+    ----------
+    rng : Generator
+    form : str, optional
+        One of `FORMS`, drawn by default.
+    size : tuple of float, optional
+        Depth and width of the top, drawn by default.
     """
     chosen = form or str(rng.choice(FORMS, p=[0.6, 0.22, 0.18]))
-    deep, wide = rng.uniform(0.62, 0.9), rng.uniform(1.2, 2.0)
+    deep, wide = size or (rng.uniform(0.62, 0.9), rng.uniform(1.2, 2.0))
     top = 0.74 + rng.uniform(-0.02, 0.02) if rng.random() < 0.7 else rng.uniform(0.66, 0.76)
     thick = rng.uniform(0.018, 0.035)
     plate = varied(rng, str(rng.choice(["wood", "plastic_light", "wood"])), 0.3)

@@ -89,15 +89,15 @@ def desk_things(rng: np.random.Generator, deep: float, wide: float, top: float) 
     """
     room = wide / 2 - 0.3
     parts = []
-    for y in rng.uniform(-room, room, int(rng.integers(0, 3))):
+    for y in rng.uniform(-room, room, int(rng.choice([0, 1, 2, 3], p=[0.12, 0.4, 0.38, 0.1]))):
         screen = monitor(rng).mesh
         parts.append(screen.at(-deep / 2 + rng.uniform(0.28, 0.35) - 0.05, y, top, rng.uniform(-25, 25)))
-    if rng.random() < 0.25:
+    if rng.random() < 0.35:
         device = computer(rng) if rng.random() < 0.6 else printer(rng)
         parts.append(device.mesh.at(-deep / 2 + 0.27, rng.choice([-1, 1]) * room, top, rng.uniform(-8, 8)))
-    count = int(rng.integers(2, 12))
+    count = int(rng.integers(3, 20))
     sizes = np.stack(
-        [rng.uniform(0.1, 0.3, count), rng.uniform(0.08, 0.3, count), rng.uniform(0.01, 0.14, count)], 1
+        [rng.uniform(0.1, 0.3, count), rng.uniform(0.08, 0.3, count), 0.01 + 0.3 * rng.random(count) ** 3], 1
     )
     x = rng.uniform(-0.5, 0.5, count) * (deep - 0.3)
     y = rng.uniform(-0.5, 0.5, count) * (wide - 0.3)

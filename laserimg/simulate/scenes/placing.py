@@ -54,9 +54,14 @@ class Placed:
 
 def placed(boxes: NDArray, x: float, y: float, z: float = 0.0, yaw_deg: float = 0.0) -> Placed:
     """Return `part_boxes` of a thing turned about z by `yaw_deg`, then shifted."""
-    middle, half = boxes.mean(axis=1), np.ptp(boxes, axis=1) / 2
-    turned = np.c_[middle[:, :2] @ _turn(np.radians(yaw_deg)).T, middle[:, 2]]
-    return Placed(turned + np.array([x, y, z]), half, float(np.radians(yaw_deg)))
+    return _placed(boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2, x, y, z, yaw_deg)
+
+
+def _placed(middle: NDArray, half: NDArray, x: float, y: float, z: float, yaw_deg: float) -> Placed:
+    centre = middle + np.array([x, y, z])
+    yaw_rad = float(np.radians(yaw_deg))
+    centre[:, :2] += middle[:, :2] @ _turn(yaw_rad).T - middle[:, :2]
+    return Placed(centre, half, yaw_rad)
 
 
 def penetration(first: Placed, second: Placed) -> float:
@@ -106,9 +111,10 @@ class Floor:
         """Put a thing, as `put` does, at the first free place (x, y, yaw in degrees); return it or None."""
         boxes = part_boxes(thing.mesh)
         radius = float(np.hypot(*np.abs(boxes[..., :2]).max(axis=(0, 1))))
+        middle, half = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2
         for x, y, yaw_deg in places:
             # Things mostly fail by their neighbours' circles and boxes: the exact test comes last.
-            there = placed(boxes, x, y, z, yaw_deg)
+            there = _placed(middle, half, x, y, z, yaw_deg)
             if self._is_inside(there, slack_m) and not self._hits(
                 there, (x, y), radius + thing.clear_m, slack_m
             ):
@@ -147,6 +153,25 @@ class Floor:
         xy = np.where(normal != 0, wall + normal * depth, rng.uniform(self.low, self.high, (tries, 2)))
         yaw = 90.0 * side + rng.normal(0, jitter_deg, tries)
         return self.put_first(thing, zip(xy[:, 0], xy[:, 1], yaw, strict=True), slack_m=0.03)
+
+    def put_in_corner(self, rng: np.random.Generator, thing: Thing) -> bool:
+        """Put a thing into one of the four corners, if one is free."""
+        half = np.abs(thing.mesh.vertices[:, :2]).max() + rng.uniform(0.01, 0.1)
+        x, y = (rng.permutation(pair) for pair in np.stack([self.low + half, self.high - half], 1))
+        corners = [(float(a), float(b), float(rng.uniform(0, 360))) for a in x for b in y]
+        return self.put_first(thing, corners) is not None
+
+    def put_beside(self, rng: np.random.Generator, thing: Thing, tries: int = 10) -> bool:
+        """Put a thing 0-0.2 m beside what stands here already, if one of `tries` places is free."""
+        if not len(self._around):
+            return self.put_anywhere(rng, thing, tries)
+        host = self._around[rng.integers(len(self._around), size=tries)]
+        xy = rng.uniform(host[:, :2], host[:, 2:])
+        axis, is_high = rng.integers(2, size=tries), rng.integers(2, size=tries)
+        away = float(np.abs(thing.mesh.vertices[:, :2]).max()) + rng.uniform(0, 0.2, tries)
+        each = np.arange(tries)
+        xy[each, axis] = host[each, 2 * is_high + axis] + (2 * is_high - 1) * away
+        return self.put_first(thing, zip(*xy.T, rng.uniform(0, 360, tries), strict=True)) is not None
 
     def _is_inside(self, there: Placed, slack_m: float) -> bool:
         corners = there.corners_xy

@@ -1,31 +1,131 @@
-"""A simulated scan is the scene's geometry plus the scanner's noise."""
+"""A simulated scan is the scene's geometry plus what the scanner does to it."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from laserimg.simulate.materials import Material
 from laserimg.simulate.measure import simulated
-from laserimg.simulate.mesh import box, pose_at
+from laserimg.simulate.mesh import box, mesh_of, pose_at, sheet
 from laserimg.simulate.scanner import SCANNERS
 from laserimg.simulate.things import Scene, Thing
 
 pytest.importorskip("embreex")
+LMS = SCANNERS["lms200_tilt"]
+
+
+def upright(x, width, height, material="plaster", y=0.0):
+    """A sheet across x that faces the scanner at the origin."""
+    y0, y1, z = y - width / 2, y + width / 2, height / 2
+    return sheet([(x, y1, -z), (x, y0, -z), (x, y0, z), (x, y1, z)], material)
+
+
+def scanned(*things, scanner=LMS, seed=0):
+    return simulated(Scene(things, (np.eye(4),), "test"), 0, scanner, seed)
 
 
 @pytest.mark.parametrize("name", SCANNERS)
 def test_noise_rounding_and_truth_in_a_room(name):
     scanner = SCANNERS[name]
-    room = Thing("room", box((8, 6, 3), "plaster"))
-    result = simulated(Scene((room,), (pose_at(1, 0.5, 1, 90),), "room"), 0, scanner, 7)
+    room = Thing("room", box((6, 4, 3), "plaster"))
+    scene = Scene((room,), (pose_at(1, 0.5, 1, 90),), "room")
+    result = simulated(scene, 0, scanner, 7)
     points = result.truth_range[..., None] * scanner.directions
     world = points @ pose_at(0, 0, 0, 90)[:3, :3].T + (1, 0.5, 1)
     x, y, z = np.moveaxis(world, -1, 0)
-    walls = np.abs([np.abs(x) - 4, np.abs(y) - 3, z * (z - 3)])
+    walls = np.abs([np.abs(x) - 3, np.abs(y) - 2, z * (z - 3)])
     assert walls.min(axis=0).max() < 1e-3
+    assert (result.scan.range > 0).all()
     error = result.scan.range - result.truth_range
-    assert error.std() == pytest.approx(scanner.noise_m, rel=0.02)
+    # From quartiles: corners round off the ranges of wide beams.
+    spread = np.subtract(*np.percentile(error, [75, 25])) / 1.349
+    assert spread == pytest.approx(np.hypot(scanner.noise.white_m, scanner.noise.ring_m), rel=0.05)
     steps = result.scan.range / scanner.step_m
     assert np.abs(steps - steps.round()).max() < 1e-2
     assert (np.einsum("ijk,ijk->ij", result.truth_normals, scanner.directions) < 0).all()
     assert (result.thing == 0).all()
-    again = simulated(Scene((room,), (pose_at(1, 0.5, 1, 90),), "room"), 0, scanner, 7)
+    again = simulated(scene, 0, scanner, 7)
     np.testing.assert_array_equal(again.scan.range, result.scan.range)
+    np.testing.assert_array_equal(again.scan.reflectance, result.scan.reflectance)
+
+
+def test_range_noise_is_the_same_at_the_same_range_and_white_beside():
+    """Rings: the mean error of beams at one range is not 0 and repeats one period later."""
+    noise = LMS.noise._replace(ring_m=0.01, ring_period_m=0.1)
+    wall = Thing("wall", upright(2.0, 8, 8))
+    seen = scanned(wall, scanner=replace(LMS, noise=noise))
+    hit = seen.scan.range > 0
+    error, truth = (seen.scan.range - seen.truth_range)[hit], seen.truth_range[hit]
+    bins = np.arange(2.0, 2.6, 0.01)
+    means = np.array([error[(truth >= low) & (truth < low + 0.01)].mean() for low in bins])
+    assert means.std() == pytest.approx(0.01, rel=0.3)
+    fit = np.column_stack([f(2 * np.pi * bins / (0.1 * p)) for p in (1, 1.618) for f in (np.sin, np.cos)])
+    left = means - fit @ np.linalg.lstsq(fit, means, rcond=None)[0]
+    assert left.std() < 0.002
+
+
+def test_edges_have_mixed_pixels_when_the_gap_is_within_a_pulse_and_none_when_it_is_not():
+    post = Thing("post", upright(3.0, 1.0, 1.0))
+    for gap, mixes in ((0.6, True), (2.5, False)):
+        seen = scanned(post, Thing("wall", upright(3.0 + gap, 20, 20)))
+        x = seen.scan.points()[..., 0]
+        between = (x > 3.0 + 0.2 * gap) & (x < 3.0 + 0.8 * gap)
+        # The outline is 4 m of edge, under 300 beams; a beam 4.4 mrad wide every 8.7 mrad.
+        assert (30 < between.sum() < 300) if mixes else not between.any()
+        assert np.isin(seen.thing[between], (0, 1)).all()
+
+
+def test_thin_beams_do_not_mix():
+    thin = replace(LMS, beam=LMS.beam._replace(window_m=0.0, divergence_rad=0.0))
+    seen = scanned(Thing("post", upright(3, 1, 1)), Thing("wall", upright(3.6, 20, 20)), scanner=thin)
+    x = seen.scan.points()[..., 0]
+    assert not ((x > 3.05) & (x < 3.5)).any()
+
+
+def test_dark_things_and_glancing_floors_end_where_the_reach_says():
+    black = Material("black", 0.1)
+    for distance, returns in ((9.0, True), (11.5, False)):
+        row = scanned(Thing("near", upright(1, 0.2, 0.2, y=2)), Thing("wall", upright(distance, 1, 1, black)))
+        assert (row.scan.range[row.thing == 1] > 0).mean() == returns
+    floor = mesh_of([(0, -20, 0), (40, -20, 0), (40, 20, 0), (0, 20, 0)], [(0, 1, 2), (0, 2, 3)], black).at(
+        0, 0, -0.5
+    )
+    farthest = scanned(Thing("floor", floor)).scan.range.max()
+    # 0.1 * (0.5 / r) / r**2 = 0.1 / 10**2
+    assert farthest == pytest.approx(50 ** (1 / 3), rel=0.08)
+
+
+def test_a_pane_is_seen_straight_on_and_through_elsewhere():
+    pane, wall = Thing("pane", upright(2, 6, 4, "glass")), Thing("wall", upright(4, 12, 8))
+    seen = scanned(pane, wall)
+    angle = np.degrees(np.arccos(seen.scan.directions[..., 0]))
+    x = seen.scan.points()[..., 0]
+    assert np.abs(x[angle < 1.5] - 2).max() < 0.03 and (seen.thing[angle < 1.5] == 0).all()
+    aside = (angle > 8) & (angle < 40)
+    assert np.abs(x[aside] - 4).max() < 0.04 and (seen.thing[aside] == 1).all()
+    np.testing.assert_allclose(seen.truth_range[aside], 4 / seen.scan.directions[aside][:, 0], rtol=1e-4)
+
+
+def test_a_mirror_shows_what_stands_before_it_as_far_behind():
+    """A mirror at 45 degrees, 2 m ahead, shows a wall 3 m to the right of it."""
+    polished = Material("polished", 0.0005, 0.9)
+    mirror = Thing("mirror", upright(0, 0.5, 0.5, polished).at(2, 0, 0, 45))
+    wall = Thing("wall", upright(0, 4, 4).at(2, -3, 0, -90))
+    seen = scanned(mirror, wall)
+    row, column = np.unravel_index(np.argmax(seen.scan.directions[..., 0]), seen.thing.shape)
+    assert seen.scan.range[row, column] == pytest.approx(5, abs=0.03)
+    assert seen.thing[row, column] == 0
+    assert seen.truth_range[row, column] == pytest.approx(2, abs=0.03)
+
+
+def test_reflectance_is_whole_numbers_that_fall_with_range_and_incidence_as_the_model_says():
+    seen = scanned(Thing("wall", upright(4, 20, 20)))
+    value, cosine = seen.scan.reflectance, seen.scan.directions[..., 0]
+    hit = (seen.scan.range > 0) & (cosine > 0.3)
+    assert (value == value.round()).all() and value.max() <= LMS.intensity.top
+    power = 0.75 * cosine**3 / 4**2
+    expected = LMS.intensity.scale * power**LMS.intensity.exponent
+    ratio = value[hit] / expected[hit]
+    assert np.median(ratio) == pytest.approx(1, abs=0.01)
+    assert ratio.std() == pytest.approx(LMS.noise.power * LMS.intensity.exponent, rel=0.1)

@@ -9,6 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 from laserimg.errors import MissingExtraError
 from laserimg.simulate.mesh import Mesh
 
+# Faces that mirror this share are smooth: rays go on from them. Below it the mirrored image of a thing
+# has less than a tenth of the thing's own power.
+SMOOTH_SHARE = 0.3
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Hits:
@@ -32,6 +36,14 @@ class Hits:
 class Caster:
     """A mesh with its bounding volume hierarchy, made once.
 
+    Attributes
+    ----------
+    mesh : Mesh
+    normals : (m, 3) array of float32
+        Unit vectors of the faces, outwards.
+    smooth : (m,) array of bool
+        Faces from which rays go on: panes and mirrors.
+
     Raises
     ------
     MissingExtraError
@@ -47,7 +59,9 @@ class Caster:
         corners = mesh.vertices[mesh.faces]
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         length = np.linalg.norm(cross, axis=1, keepdims=True)
-        self._normals = (cross / np.maximum(length, 1e-20)).astype(np.float32)
+        self.mesh = mesh
+        self.smooth = (mesh.transmission > 0) | (mesh.specular >= SMOOTH_SHARE)
+        self.normals = (cross / np.maximum(length, 1e-20)).astype(np.float32)
         self._scene: Any = EmbreeScene()
         TriangleMesh(self._scene, corners.astype(np.float32))
 
@@ -59,6 +73,6 @@ class Caster:
         face = np.asarray(found["primID"], np.int32)
         hit = face >= 0
         distance = np.where(hit, np.asarray(found["tfar"], np.float32), np.float32(np.inf))
-        normal = np.where(hit[:, None], self._normals[face], np.float32(0))
+        normal = np.where(hit[:, None], self.normals[face], np.float32(0))
         normal *= -np.copysign(np.float32(1), np.einsum("ij,ij->i", normal, along))[:, None]
         return Hits(distance, normal, face)

@@ -20,7 +20,7 @@ class Material:
     specular : float
         Mirrored share in 0..1.
     transmission : float
-        Share in 0..1 that passes to what is behind.
+        Share in 0..1 that passes to what is behind, at one face: a pane of glass has two.
     """
 
     name: str
@@ -35,12 +35,12 @@ _ALL = (
     Material("wood", 0.55),
     Material("metal_bare", 0.35, 0.5),
     Material("metal_painted", 0.5, 0.1),
-    Material("chrome", 0.08, 0.85),
+    Material("chrome", 0.03, 0.85),
     Material("plastic_light", 0.65, 0.05),
     Material("plastic_dark", 0.08, 0.05),
     Material("fabric_light", 0.6),
     Material("fabric_dark", 0.2),
-    Material("glass", 0.03, 0.08, 0.85),
+    Material("glass", 0.002, 0.04, 0.92),
     Material("rubber", 0.05),
     Material("asphalt", 0.17),
     Material("concrete", 0.4),

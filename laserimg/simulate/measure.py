@@ -7,8 +7,12 @@ from numpy.typing import NDArray
 
 from laserimg.scan import Float32Array, Scan
 from laserimg.simulate.cast import Caster
+from laserimg.simulate.echoes import Echoes, echoes_along
+from laserimg.simulate.footprint import AROUND, near_edges, rays_around
 from laserimg.simulate.mesh import joined
+from laserimg.simulate.receiver import received
 from laserimg.simulate.scanner import Scanner
+from laserimg.simulate.scanner.model import Intensity
 from laserimg.simulate.things import Scene
 
 
@@ -16,11 +20,14 @@ from laserimg.simulate.things import Scene
 class Simulated:
     """A simulated scan and the truth of its pixels.
 
+    The truth is that of the beam's middle: of the surface that gave the return, or would have sent
+    back most. Behind a pane that is what is seen through it; of a mirrored image it is the mirror.
+
     Parameters
     ----------
     scan : Scan
     thing : (H, W) array of int32
-        Index of the thing the beam's centre meets; -1 for none.
+        Index of the thing; -1 for none.
     truth_range : (H, W) array of float32
         Metres without noise; 0 for none.
     truth_normals : (H, W, 3) array of float32
@@ -34,11 +41,10 @@ class Simulated:
 
 
 def simulated(scene: Scene, scanner_index: int, scanner: Scanner, seed: int) -> Simulated:
-    """Return a scan from one of the scene's places: white noise, rounding and limits; thin beams.
+    """Return a scan from one of the scene's places.
 
-    Reflectance is that of the material times the cosine of incidence over the range squared, 1 for white
-    seen straight on at 1 m: the range equation for targets larger than the beam (Hoefle and Pfeifer 2007,
-    doi:10.1016/j.isprsjprs.2007.05.008), without the air.
+    Thin rays find where edges are; there each beam is seven rays, whose echoes run into pulses as in
+    the scanner's receiver: mixed pixels. Too weak pulses are no return.
 
     Raises
     ------
@@ -48,21 +54,89 @@ def simulated(scene: Scene, scanner_index: int, scanner: Scanner, seed: int) -> 
         If no beam has a return.
     """
     meshes = [thing.mesh for thing in scene.things]
+    caster = Caster(joined(meshes))
     owner = np.repeat(np.arange(len(meshes), dtype=np.int32), [len(mesh.faces) for mesh in meshes])
-    pose = scene.scanners[scanner_index]
-    shape, turn = scanner.directions.shape[:2], pose[:3, :3]
-    whole = joined(meshes)
-    hits = Caster(whole)(pose[:3, 3], scanner.directions.reshape(-1, 3) @ turn.T)
-    hit = hits.face >= 0
-    truth = np.where(hit, hits.distance, np.float32(0))
-    noisy = truth + np.random.default_rng(seed).normal(0, scanner.noise_m, truth.shape)
-    rounded = np.round(noisy / scanner.step_m) * scanner.step_m
-    kept = hit & (rounded >= scanner.min_range_m) & (rounded <= scanner.max_range_m)
-    range_m = np.where(kept, rounded, 0).astype(np.float32).reshape(shape)
-    cosine = np.abs(np.einsum("ij,ij->i", hits.normal, scanner.directions.reshape(-1, 3) @ turn.T))
-    strength = whole.reflectance[hits.face] * cosine / np.maximum(truth, scanner.min_range_m) ** 2
-    reflectance = np.where(kept, strength, 0).astype(np.float32).reshape(shape)
-    scan = Scan(range_m, scanner.directions, reflectance, pose, scanner.wraps)
-    normals = (hits.normal @ turn).astype(np.float32).reshape(*shape, 3)
-    thing = np.where(hit, owner[hits.face], -1).astype(np.int32).reshape(shape)
-    return Simulated(scan, thing, truth.reshape(shape), normals)
+    pose, shape = scene.scanners[scanner_index], scanner.directions.shape[:2]
+    turn = pose[:3, :3].astype(np.float32)
+    along = scanner.directions.reshape(-1, 3) @ turn.T
+    rng = np.random.default_rng(seed)
+    middle = echoes_along(caster, pose[:3, 3], along)
+    exact, power = _measured(caster, pose[:3, 3], along, middle, scanner, rng)
+    range_m = _reported_range(exact, scanner, rng)
+    reflectance = np.where(range_m > 0, _reported_power(power, exact, scanner.intensity), np.float32(0))
+    scan = Scan(range_m.reshape(shape), scanner.directions, reflectance.reshape(shape), pose, scanner.wraps)
+    face, truth = _truth(middle, exact, scanner.receiver.weakest)
+    hit = face >= 0
+    normals = np.where(hit[:, None], caster.normals[face], np.float32(0))
+    normals *= -np.copysign(np.float32(1), np.einsum("ij,ij->i", normals, along))[:, None]
+    thing = np.where(hit, owner[face], -1).astype(np.int32).reshape(shape)
+    return Simulated(scan, thing, truth.reshape(shape), (normals @ turn).reshape(*shape, 3))
+
+
+def _measured(
+    caster: Caster,
+    origin: NDArray[np.float64],
+    along: Float32Array,
+    middle: Echoes,
+    scanner: Scanner,
+    rng: np.random.Generator,
+) -> tuple[Float32Array, Float32Array]:
+    """Range before noise and power of each beam; 0 and 0 for no return."""
+    edge = np.flatnonzero(near_edges(_deepest(middle, scanner), *_edge_sizes(scanner), scanner.wraps))
+    turns = rng.uniform(0, 2 * np.pi, len(edge)).astype(np.float32)
+    around = echoes_along(caster, *rays_around(origin, along[edge], scanner.beam, turns))
+    share = np.ones(len(along), np.float32)
+    share[edge] = 1 / (AROUND + 1)
+    beam = np.concatenate([middle.ray, edge[around.ray // AROUND]])
+    power = np.concatenate([middle.power, around.power]) * share[beam]
+    noise = 1 + np.float32(scanner.noise.power) * rng.standard_normal(len(along), np.float32)
+    power *= np.maximum(noise, 0)[beam]
+    distance = np.concatenate([middle.distance, around.distance])
+    return received(beam, distance, power, len(along), scanner.receiver)
+
+
+def _deepest(middle: Echoes, scanner: Scanner) -> Float32Array:
+    """Where each beam's middle ends: behind panes; infinity for nowhere."""
+    ends = np.full(scanner.directions.shape[:2], np.inf, np.float32)
+    # Farther surfaces come later.
+    ends.ravel()[middle.ray] = middle.distance
+    return ends
+
+
+def _edge_sizes(scanner: Scanner) -> tuple[float, tuple[int, int]]:
+    """The least jump that shows, and how many more rows and columns than the next a beam covers."""
+    row, column = scanner.directions.shape[0] // 2, scanner.directions.shape[1] // 2
+    middle, below, right = scanner.directions[[row, row + 1, row], [column, column, column + 1]]
+    radius = scanner.beam.divergence_rad / 2
+    rows, columns = (int(radius / np.linalg.norm(middle - other)) for other in (below, right))
+    return 3 * scanner.noise.white_m, (rows, columns)
+
+
+def _reported_range(exact: Float32Array, scanner: Scanner, rng: np.random.Generator) -> Float32Array:
+    """Ranges with noise, rounded and within limits; 0 for none."""
+    noise, phase = scanner.noise, rng.uniform(0, 2 * np.pi, 2)
+    noisy = exact + np.float32(noise.white_m) * rng.standard_normal(exact.shape, np.float32)
+    # Two waves of the same power whose periods have no common multiple.
+    for period, start in zip((1.0, 1.618), phase, strict=True):
+        wave = np.float32(2 * np.pi / (period * noise.ring_period_m)) * exact + np.float32(start)
+        noisy += np.float32(noise.ring_m) * np.sin(wave)
+    rounded = np.round(noisy / np.float32(scanner.step_m)) * np.float32(scanner.step_m)
+    kept = (exact > 0) & (rounded >= scanner.min_range_m) & (rounded <= scanner.max_range_m)
+    return np.where(kept, rounded, np.float32(0))
+
+
+def _reported_power(power: Float32Array, range_m: Float32Array, intensity: Intensity) -> Float32Array:
+    value = intensity.scale * (power * range_m**intensity.made_up) ** intensity.exponent
+    return np.minimum(np.round(value), intensity.top).astype(np.float32)
+
+
+def _truth(middle: Echoes, exact: Float32Array, weakest: float) -> tuple[NDArray[np.int32], Float32Array]:
+    """Face and range of the surface that each beam's middle shows."""
+    face, seen_m = np.full(len(exact), -1, np.int32), np.zeros(len(exact), np.float32)
+    # Of several surfaces the one nearest to the measured range, if it is strong enough to be it; of a beam
+    # without a return the strongest. Weak ones come last.
+    could_be = (exact[middle.ray] > 0) & (middle.power * (AROUND + 1) >= weakest)
+    rank = np.where(could_be, np.abs(middle.distance - exact[middle.ray]), 1e6 / (middle.power + 1e-9))
+    order = np.argsort(-rank)
+    face[middle.ray[order]], seen_m[middle.ray[order]] = middle.face[order], middle.seen_m[order]
+    return face, seen_m

@@ -1,0 +1,104 @@
+"""The width of beams: which of them see several surfaces, and the thin rays that stand for such a beam."""
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from laserimg.scan import BoolArray, Float32Array
+
+# A disc of even power in seven parts of the same area: the middle, and six around it at the root mean
+# square of their distances from it, in radii.
+AROUND = 6
+AROUND_RADIUS = float(np.sqrt((1 + 1 / (AROUND + 1)) / 2))
+
+
+class Beam(NamedTuple):
+    """A round beam: its diameter at the scanner, and how it grows.
+
+    Parameters
+    ----------
+    window_m : float
+        Diameter where it leaves the scanner.
+    divergence_rad : float
+        Full angle.
+    """
+
+    window_m: float
+    divergence_rad: float
+
+
+def near_edges(distance: Float32Array, jump_m: float, reach: tuple[int, int], wraps: bool) -> BoolArray:
+    """Return where a beam may see more than one surface.
+
+    On a plane the inverse of the range is linear in the direction, so that its second differences are 0
+    however steep the plane is. Where they are not, by more than a jump would make them, an edge is near.
+
+    Parameters
+    ----------
+    distance : (H, W) array of float32
+        Metres of the middle of each beam; infinity where it meets nothing.
+    jump_m : float
+        Smaller steps are not looked at.
+    reach : (int, int)
+        Further rows and columns from an edge that a beam covers.
+    wraps : bool
+
+    Returns
+    -------
+    (H, W) array of bool
+    """
+    inverse = np.reciprocal(distance)
+    found = np.zeros(inverse.shape, np.uint8)
+    found[1:-1] |= _bent(inverse[:-2], inverse[1:-1], inverse[2:], jump_m)
+    found[:, 1:-1] |= _bent(inverse[:, :-2], inverse[:, 1:-1], inverse[:, 2:], jump_m)
+    if wraps:
+        for before, at, after in ((-2, -1, 0), (-1, 0, 1)):
+            found[:, at] |= _bent(inverse[:, before], inverse[:, at], inverse[:, after], jump_m)
+    if max(reach) > 0:
+        rows, columns = reach
+        found = cv2.dilate(found, np.ones((2 * rows + 1, 2 * columns + 1), np.uint8))
+    return found.astype(bool)
+
+
+def _bent(before: Float32Array, at: Float32Array, after: Float32Array, jump_m: float) -> BoolArray:
+    nearest = np.maximum(np.maximum(before, after), at)
+    return np.abs(before - 2 * at + after) > np.float32(jump_m) * nearest**2
+
+
+def rays_around(
+    origin: NDArray[np.float64], directions: Float32Array, beam: Beam, turns: Float32Array
+) -> tuple[Float32Array, Float32Array]:
+    """Return the six rays around the middle of each beam, one beam after the other.
+
+    Parameters
+    ----------
+    origin : (3,) array
+    directions : (n, 3) array of float32
+    beam : Beam
+    turns : (n,) array of float32
+        Radians to turn the six about the middle, so that they are not the same for all beams.
+
+    Returns
+    -------
+    starts, directions : (6 n, 3) arrays of float32
+    """
+    across, up = _crosswise(directions)
+    angle = turns[:, None] + np.arange(AROUND, dtype=np.float32) * np.float32(2 * np.pi / AROUND)
+    aside = np.cos(angle)[..., None] * across[:, None] + np.sin(angle)[..., None] * up[:, None]
+    aside *= np.float32(AROUND_RADIUS / 2)
+    starts = np.asarray(origin, np.float32) + np.float32(beam.window_m) * aside
+    along = directions[:, None] + np.float32(beam.divergence_rad) * aside
+    along /= np.sqrt(np.einsum("ijk,ijk->ij", along, along))[..., None]
+    return starts.reshape(-1, 3), along.reshape(-1, 3)
+
+
+def _crosswise(directions: Float32Array) -> tuple[NDArray, NDArray]:
+    """Two unit vectors across each direction and each other (Duff et al. 2017, JCGT 6(1))."""
+    x, y, z = directions.T
+    sign = np.copysign(np.float32(1), z)
+    a = -1 / (sign + z)
+    b = x * y * a
+    one = np.stack([1 + sign * x * x * a, sign * b, -sign * x], axis=1)
+    return one, np.stack([b, sign + y * y * a, -y], axis=1)

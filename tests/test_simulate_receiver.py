@@ -1,0 +1,87 @@
+"""Echoes to pulses, against a slow reference; edges of planes and jumps."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from laserimg.simulate.footprint import AROUND, Beam, near_edges, rays_around
+from laserimg.simulate.receiver import MIN_SHARE, Receiver, received
+from laserimg.simulate.scanner import SCANNERS
+
+ECHO = st.tuples(st.integers(0, 4), st.integers(5, 400), st.integers(0, 300))
+
+
+def slow(echoes, receiver):
+    """Echoes (distance, power) of one beam to range and power."""
+    pulses = []
+    for distance, power in sorted(e for e in echoes if e[1] >= MIN_SHARE * receiver.weakest):
+        if pulses and distance - pulses[-1][-1][0] <= receiver.pulse_m:
+            pulses[-1].append((distance, power))
+        else:
+            pulses.append([(distance, power)])
+    measured = [
+        (sum(d * p for d, p in pulse) / sum(p for _, p in pulse), sum(p for _, p in pulse))
+        for pulse in pulses
+    ]
+    measured = [one for one in measured if one[1] >= receiver.weakest]
+    if not measured:
+        return 0.0, 0.0
+    return max(measured, key=lambda one: one[1]) if receiver.strongest else measured[0]
+
+
+@given(st.lists(ECHO, min_size=1, max_size=30), st.booleans())
+def test_received_like_the_slow_reference(echoes, strongest):
+    receiver = Receiver(reach_m=3.0, pulse_m=0.55, strongest=strongest)
+    beam, distance, power = np.array(echoes).T
+    distance, power = (distance / 10).astype(np.float32), (power / 7001).astype(np.float32)
+    found = np.array(received(beam, distance, power, 5, receiver))
+    for number in range(5):
+        own = [(float(d), float(p)) for b, d, p in zip(beam, distance, power, strict=True) if b == number]
+        expected = slow(own, receiver)
+        if strongest and expected[1]:
+            # Two pulses may be equally strong.
+            assert found[1, number] == pytest.approx(expected[1], rel=1e-5)
+        else:
+            assert found[:, number] == pytest.approx(expected, rel=1e-5)
+
+
+@given(st.floats(-80, 80), st.floats(-60, 60), st.floats(0.5, 20), st.sampled_from(sorted(SCANNERS)))
+def test_a_plane_however_steep_has_no_edges(yaw, pitch, distance, name):
+    scanner = SCANNERS[name]
+    directions = scanner.directions[100:140, 150:200].astype(np.float64)
+    middle = directions[20, 25]
+    yaw, pitch = np.radians([yaw, pitch])
+    aside = np.cross(middle, (0, 0, 1.0))
+    normal = middle + np.tan(yaw) * aside / np.linalg.norm(aside) + np.tan(pitch) * np.cross(aside, middle)
+    along = directions @ normal
+    range_m = np.where(along > 0.02, distance * (middle @ normal) / np.maximum(along, 1e-3), np.inf)
+    visible = (range_m < 40).all()
+    assert not visible or not near_edges(range_m.astype(np.float32), 0.015, (0, 0), False).any()
+
+
+def test_a_jump_is_found_on_both_sides_and_across_the_seam():
+    range_m = np.full((8, 12), 3.0, np.float32)
+    range_m[:, 5:8] = 2.9
+    expected = np.isin(np.arange(12), (4, 5, 7, 8))
+    assert (near_edges(range_m, 0.03, (0, 0), False) == expected).all()
+    assert not near_edges(range_m, 0.3, (0, 0), False).any()
+    assert (near_edges(range_m, 0.03, (0, 1), False) == np.isin(np.arange(12), range(3, 10))).all()
+    range_m[:, -1] = np.inf
+    assert near_edges(range_m, 0.03, (0, 0), True)[:, [0, 10, 11]].all()
+    assert not near_edges(range_m, 0.03, (0, 0), False)[:, 0].any()
+
+
+@given(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 6.3))
+def test_rays_around_a_beam_lie_on_its_cone(x, y, z, turn):
+    direction = np.array([[x, y, z + 1e-3]])
+    direction = (direction / np.linalg.norm(direction)).astype(np.float32)
+    beam = Beam(0.02, 0.01)
+    starts, along = rays_around(np.zeros(3), direction, beam, np.array([turn], np.float32))
+    assert starts.shape == along.shape == (AROUND, 3)
+    np.testing.assert_allclose(np.linalg.norm(along, axis=1), 1, atol=1e-5)
+    # Halves of the diameters, and the root mean square radius of the outer six sevenths of a disc: 0.756.
+    np.testing.assert_allclose(np.linalg.norm(starts, axis=1), 0.01 * 0.756, rtol=1e-3)
+    np.testing.assert_allclose(np.linalg.norm(along - direction, axis=1), 0.005 * 0.756, rtol=5e-3)
+    np.testing.assert_allclose(starts @ direction[0], 0, atol=1e-6)
+    np.testing.assert_allclose(along.mean(axis=0), direction[0], atol=1e-4)

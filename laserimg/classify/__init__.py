@@ -4,7 +4,7 @@ from laserimg.classify.clouds import ObjectCloud
 from laserimg.classify.model import ObjectModel, Verdict, load_model, save_model
 from laserimg.classify.recipe import Recipe, describe_cloud, describe_images
 from laserimg.classify.scores import ClassTable, class_table
-from laserimg.classify.views import ObjectImages, crop_of_scan, views_of_cloud
+from laserimg.classify.views import ObjectImages, crop_of_pixels, crop_of_scan, views_of_cloud
 
 __all__ = [
     "ClassTable",
@@ -14,6 +14,7 @@ __all__ = [
     "Recipe",
     "Verdict",
     "class_table",
+    "crop_of_pixels",
     "crop_of_scan",
     "describe_cloud",
     "describe_images",

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from laserimg.classify.clouds import ObjectCloud
 from laserimg.errors import ScanError
+from laserimg.regions import bounding_box
 from laserimg.scan import BoolArray, Float32Array, Scan
 
 SIDE_PX = 64
@@ -95,20 +96,32 @@ def crop_of_scan(scan: Scan, mask: BoolArray) -> ObjectImages:
     ScanError
         If the object has no return, or just one.
     """
-    mask = mask & scan.valid
-    if int(mask.sum()) < 2:
-        raise ScanError(f"an object needs at least 2 returns in a scan, got {int(mask.sum())}")
-    shift = _away_from_seam(mask) if scan.wraps else 0
-    mask = np.roll(mask, shift, axis=1)
-    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
-    window = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
-    inside = mask[window]
-    rays = np.roll(scan.directions, shift, axis=1)[window]
+    pixels = np.flatnonzero(mask & scan.valid)
+    if len(pixels) < 2:
+        raise ScanError(f"an object needs at least 2 returns in a scan, got {len(pixels)}")
+    return crop_of_pixels(scan, pixels)
+
+
+def crop_of_pixels(scan: Scan, pixels: NDArray[np.intp]) -> ObjectImages:
+    """Return the image of the object that some pixels show, as `crop_of_scan`.
+
+    Parameters
+    ----------
+    scan : Scan
+    pixels : (n,) array of int
+        Valid returns, as positions in the flattened grid; at least 2.
+    """
+    width = scan.shape[1]
+    left, top, across, down = (int(side) for side in bounding_box(pixels, width, scan.wraps))
+    row, column = np.divmod(pixels, width)
+    inside = np.zeros((down, across), np.bool_)
+    inside[row - top, (column - left) % width] = True
+    columns = np.arange(left, left + across) % width
+    window = slice(top, top + down), columns
+    rays = scan.directions[window]
     frame = _frame(rays[inside].mean(axis=0).astype(np.float64), scan.up)
-    range_m = _resized(np.roll(scan.range, shift, axis=1)[window], inside)
-    values = None
-    if scan.reflectance is not None:
-        values = _resized(np.roll(scan.reflectance, shift, axis=1)[window], inside)[None]
+    range_m = _resized(scan.range[window], inside)
+    values = None if scan.reflectance is None else _resized(scan.reflectance[window], inside)[None]
     large = np.asarray(cv2.resize(rays @ frame.T.astype(np.float32), (SIDE_PX, SIDE_PX)), np.float32)
     large /= np.maximum(np.linalg.norm(large, axis=-1, keepdims=True), np.float32(1e-9))
     return ObjectImages(range_m[None], large[None], values)
@@ -189,13 +202,6 @@ def _closed(source: NDArray[np.intp]) -> tuple[NDArray[np.intp], BoolArray]:
     point[label[taken]] = source[source >= 0]
     inner = slice(pad, -pad), slice(pad, -pad)
     return point[label[inner]], known[inner]
-
-
-def _away_from_seam(mask: BoolArray) -> int:
-    """Return by how many columns to turn the scan so that the widest gap is at its end."""
-    columns = np.flatnonzero(mask.any(axis=0))
-    gaps = np.diff(columns, append=columns[0] + mask.shape[1])
-    return -int(columns[(int(np.argmax(gaps)) + 1) % len(columns)])
 
 
 def _resized(values: Float32Array, inside: BoolArray) -> Float32Array:

@@ -12,6 +12,7 @@ from laserimg.cli import (
     evaluate,
     images,
     info,
+    map,
     rules,
     samples,
     show,
@@ -52,6 +53,7 @@ app.command()(evaluate.evaluate)
 app.add_typer(rules.app)
 app.add_typer(classify.app)
 app.command()(card.card)
+app.command("map")(map.map_)
 app.command()(info.info)
 app.command()(convert.convert)
 app.command()(images.images)

@@ -1,0 +1,45 @@
+"""The colours of a map: those of paper 1, figure 4."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from laserimg.classify.scores import UNKNOWN
+
+GROUND = "ground"
+UNDERSEGMENTED = "undersegmented"
+# Returns of no cluster: too few hold together.
+LOOSE = "loose"
+
+Colour = tuple[int, int, int]
+
+# "Building:Brown, Car: Yellow, Human:Blue, Tree:Green, Pole:Red, White:The ground and under-segmented
+# clusters." The shades are ours, and so is gray for what the classifier leaves open.
+COLOURS: Mapping[str, Colour] = MappingProxyType(
+    {
+        "building": (176, 112, 60),
+        "car": (255, 214, 10),
+        "person": (45, 110, 255),
+        "tree": (52, 178, 74),
+        "pole": (235, 52, 48),
+        UNKNOWN: (128, 132, 140),
+        UNDERSEGMENTED: (250, 240, 250),
+        GROUND: (236, 236, 232),
+        LOOSE: (92, 95, 102),
+    }
+)
+_MORE = ((0, 180, 190), (190, 90, 220), (255, 140, 0), (120, 200, 20), (240, 110, 160), (120, 120, 255))
+
+
+def palette(labels: tuple[str, ...]) -> dict[str, Colour]:
+    """Return a colour for every class of a map, also for those that the paper does not have.
+
+    Examples
+    --------
+    >>> palette(("tree", "sheep"))["sheep"]
+    (0, 180, 190)
+    """
+    others = [label for label in labels if label not in COLOURS]
+    more = {label: _MORE[place % len(_MORE)] for place, label in enumerate(others)}
+    tail = (UNKNOWN, UNDERSEGMENTED, GROUND, LOOSE)
+    ours = {label: COLOURS[label] for label in COLOURS if label in labels and label not in tail}
+    return {**ours, **more, **{label: COLOURS[label] for label in tail}}

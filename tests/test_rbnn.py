@@ -50,6 +50,36 @@ def test_equal_to_brute_force_where_points_are_dense():
         assert_array_equal(rbnn(points, ratio, 5), slow_rbnn(points, ratio, 5))
 
 
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10_000), st.sampled_from([0.02, 0.1, 0.3, 0.5]), st.sampled_from(range(6)))
+def test_equal_to_brute_force_at_the_zenith_and_the_seam(seed, ratio, side):
+    """Around one end of an axis, where azimuths are narrow or jump."""
+    random = np.random.default_rng(seed)
+    points = 0.25 * random.normal(size=(300, 3)) * random.choice([0.3, 1.0], 300)[:, None]
+    points[:, side % 3] += 1 if side < 3 else -1
+    points *= np.exp(random.uniform(0, 1, (300, 1)))
+    assert_array_equal(rbnn(points, ratio, 2), slow_rbnn(points, ratio, 2))
+
+
+@pytest.mark.parametrize(("pairs", "large"), [(8, 1 << 16), (1 << 21, 2)])
+def test_parts_and_trees_give_the_same(pairs, large, monkeypatch):
+    """Few pairs of points at a time, and every pair of cells compared with trees."""
+    monkeypatch.setattr("laserimg.linked_points._PAIRS", pairs)
+    monkeypatch.setattr("laserimg.linked_points._LARGE", large)
+    for seed in range(20):
+        points = cloud(seed)
+        assert_array_equal(rbnn(points, 0.1, 3), slow_rbnn(points, 0.1, 3))
+
+
+def test_two_dense_balls_cost_no_memory():
+    """30,000 points in each of two cells: 900 million pairs, not compared one by one."""
+    random = np.random.default_rng(0)
+    ball = 0.01 * random.normal(size=(30_000, 3)).clip(-2, 2)
+    for gap, clusters in ((0.5, 1), (0.62, 2)):
+        points = np.concatenate([ball + np.array([10, 0, 0]), ball + np.array([10, gap, 0])])
+        assert rbnn(points, 0.05).max() == clusters
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10_000))
 def test_the_order_of_the_points_does_not_matter(seed):
@@ -81,9 +111,9 @@ def test_points_without_a_measurement_are_in_no_cluster():
     assert rbnn(np.zeros((4, 3))).tolist() == [0] * 4
 
 
-@pytest.mark.parametrize("ratio", [0, -0.1, 0.6, np.nan])
+@pytest.mark.parametrize("ratio", [0, -0.1, 1e-5, 0.6, np.nan])
 def test_wrong_ratio(ratio):
-    with pytest.raises(ConfigError, match="ratio must be above 0 and at most"):
+    with pytest.raises(ConfigError, match=r"ratio must be from 0\.0001 to 0\.5"):
         rbnn(np.ones((3, 3)), ratio)
 
 

@@ -29,6 +29,7 @@ from laserimg.geometry.floor import Floor, find_floor
 from laserimg.images import IMAGE_KINDS, make_images
 from laserimg.measure import metric_box
 from laserimg.normals import normals
+from laserimg.rbnn import rbnn
 from laserimg.regions import reference_regions, regions_of
 from laserimg.rules.checks import size_rules
 from laserimg.rules.file import load_rules
@@ -39,6 +40,7 @@ from scenes import COLUMNS, ROWS, Truth, panorama, room, scan_of, street
 
 COMPONENTS = "cv2.connectedComponents"
 SET_SIZE = 100
+CLUSTERED = 230_000
 
 
 @cache
@@ -145,6 +147,31 @@ def regions_section() -> Iterator[Row]:
     cv2.setNumThreads(threads)
 
 
+def clusters_section() -> Iterator[Row]:
+    """RBNN of 230,000 points of the street against DBSCAN of fewer, of the voxels the points lie in."""
+    scan, _ = benchmark_street()
+    points = scan.points()[scan.valid].astype(np.float64)
+    points = points[np.linspace(0, len(points) - 1, CLUSTERED).astype(int)]
+    what = f"RBNN of {len(points)} points"
+    yield faster(what, lambda: rbnn(points), "Open3D DBSCAN, 5 cm voxels", _open3d_dbscan(points), 10)
+    yield faster(what, lambda: rbnn(points), "sklearn DBSCAN, 15 cm voxels", _sklearn_dbscan(points), 3)
+
+
+def _open3d_dbscan(points: NDArray) -> Callable[[], object] | None:
+    try:
+        import open3d
+    except ImportError:
+        return None
+    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points))
+    return lambda: cloud.voxel_down_sample(0.05).cluster_dbscan(0.4, 1)
+
+
+def _sklearn_dbscan(points: NDArray) -> Callable[[], object]:
+    from sklearn.cluster import DBSCAN
+
+    return lambda: DBSCAN(0.4, min_samples=1).fit(np.unique(np.floor(points / 0.15), axis=0) * 0.15)
+
+
 def jobs_section() -> Iterator[Row]:
     """100 scans with two jobs against one; each run in a fresh process and folder."""
     for shape in ((181, 316), (ROWS, COLUMNS)):
@@ -203,6 +230,7 @@ SECTIONS = {
     "images": images_section,
     "normals": normals_section,
     "regions": regions_section,
+    "clusters": clusters_section,
     "jobs": jobs_section,
     "help": help_section,
 }

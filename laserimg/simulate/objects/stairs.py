@@ -43,11 +43,14 @@ class Flight:
 def flight_size(rng: np.random.Generator, count: int | None = None, width_m: float | None = None) -> Flight:
     """Return a flight of 3-18 steps, 0.14-0.19 m high, 0.24-0.36 m deep, 2 rises + going 0.59-0.65 m.
 
-    Limits of DIN 18065; widths 0.8-3.2 m (0.8 m is its minimum in homes).
+    Limits of DIN 18065; widths 0.8-3.2 m (0.8 m is its minimum in homes). Wider flights, as in foyers, are
+    gentler: 0.12-0.16 m high, 0.29-0.38 m deep (the staircase scan: 0.126 and 0.31 m).
     """
     steps = count or (int(rng.integers(3, 8)) if rng.random() < 0.3 else int(rng.integers(8, 19)))
     rise = rng.uniform(0.14, 0.19)
     going = float(np.clip(rng.uniform(0.59, 0.65) - 2 * rise, 0.24, 0.36))
+    if (width_m or 0) > 3.2:
+        rise, going = rng.uniform(0.12, 0.16), rng.uniform(0.29, 0.38)
     return Flight(steps, rise, going, width_m or rng.uniform(0.8, 2.0) + rng.choice([0, 0, 1.2]))
 
 

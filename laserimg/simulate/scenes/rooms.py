@@ -168,12 +168,11 @@ def _outdoors(rng, thick: float) -> list[Thing]:
         return []
     away = -thick - rng.uniform(2, 30)
     rows: list[Row] = [(away, 0, -12, 0.5, 60, rng.uniform(10, 30))]
-    for _ in range(int(rng.integers(0, 5))):
-        rows.append(
-            (rng.uniform(away + 0.8, -thick - 0.8), rng.uniform(-15, 15), -12, 0.4, 0.4, rng.uniform(11, 18))
-        )
-    if rng.random() < 0.5:
-        rows.append((-thick - 16, 0, -rng.uniform(0.5, 9), 31, 60, 0.2))
+    for _ in range(int(rng.integers(0, 8))):
+        x, wide = rng.uniform(away + 0.8, -thick - 0.8), rng.uniform(0.1, 0.8)
+        rows.append((x, rng.uniform(-15, 15), -12, wide, wide, rng.uniform(11, 18)))
+    if rng.random() < 0.6:
+        rows.append((-thick - 16, 0, -0.2 - rng.choice([0.2, rng.uniform(0.3, 9)]), 31, 60, 0.2))
     return [Thing("outdoors", boxes(rows, varied(rng, "brick", 0.4)))]
 
 

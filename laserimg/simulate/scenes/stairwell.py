@@ -12,13 +12,14 @@ from laserimg.simulate.objects.people import person
 from laserimg.simulate.objects.stairs import Flight, flight_size, side_of_stairs, steps
 from laserimg.simulate.objects.storage import cabinet, cardboard_boxes, coat_rack
 from laserimg.simulate.objects.vessels import bucket, umbrella_stand
+from laserimg.simulate.scenes.foyer import foyer
 from laserimg.simulate.scenes.furnishing import Maker, hang_lamps, one_of
 from laserimg.simulate.scenes.placing import Floor
 from laserimg.simulate.scenes.rooms import BLANK, INSIDE, OPEN, OUTSIDE, room
 from laserimg.simulate.scenes.walls import Hole, wall
 from laserimg.simulate.things import Scene, Thing
 
-FORMS = ("up", "down", "dogleg", "free")
+FORMS = ("up", "down", "dogleg", "free", "foyer")
 THINGS: tuple[tuple[Maker, float], ...] = (
     (radiator, 0.2), (cabinet, 0.2), (plant, 0.2), (coat_rack, 0.1), (cardboard_boxes, 0.15), (bucket, 0.05),
     (umbrella_stand, 0.1),
@@ -28,12 +29,15 @@ THINGS: tuple[tuple[Maker, float], ...] = (
 def stairwell(rng: np.random.Generator) -> Scene:
     """Return a hall of 4-12 x 3-8 m, 2.6-5 m high, with stairs in sight.
 
-    Up (45 %): one flight between walls, with a landing behind. Dogleg (25 %): up to a landing, back up
-    beside, and down below. Down (10 %): one flight that leaves the hall. Free (20 %): closed or open steps
-    that stand in the hall. The scanner is 0.4-1.6 m above the floor and looks to the stairs within 35
-    degrees. Sizes of flights as in `laserimg.simulate.objects.stairs`.
+    Up (27 %): one flight between walls, with a landing behind. Dogleg (20 %): up to a landing, back up
+    beside, and down below. Down (13 %): one flight that leaves the hall, seen from above. Free (15 %):
+    closed or open steps that stand in the hall. The rest is `laserimg.simulate.scenes.foyer`. The scanner
+    is 0.4-1.7 m above the floor and looks to the stairs within 35 degrees. Sizes of flights as in
+    `laserimg.simulate.objects.stairs`.
     """
-    form = str(rng.choice(FORMS, p=[0.45, 0.1, 0.25, 0.2]))
+    form = str(rng.choice(FORMS, p=[0.27, 0.13, 0.2, 0.15, 0.25]))
+    if form == "foyer":
+        return foyer(rng)
     size = (rng.uniform(4, 12), rng.uniform(3.0, 8.0), rng.uniform(2.6, 5.0))
     others = rng.choice([INSIDE, OUTSIDE, BLANK], 3, p=[0.4, 0.2, 0.4])
     is_behind = form != "free"
@@ -48,8 +52,8 @@ def stairwell(rng: np.random.Generator) -> Scene:
         target = (0.0, middle)
     else:
         things, target = _in_the_hall(rng, floor, size)
-    scanner_m = rng.uniform(0.4, 1.0) if rng.random() < 0.6 else rng.uniform(1.0, 1.6)
-    x, y = _place(rng, floor, size, target)
+    scanner_m = rng.uniform(0.4, 1.0) if rng.random() < 0.6 else rng.uniform(1.0, 1.7)
+    x, y = _place(rng, floor, size, target, form)
     _furnish(rng, floor, size[0] * size[1])
     hang_lamps(rng, floor, size)
     heading = np.degrees(np.arctan2(target[1] - y, target[0] - x)) + rng.normal(0, 18)
@@ -59,13 +63,20 @@ def stairwell(rng: np.random.Generator) -> Scene:
     )
 
 
-def _place(rng: np.random.Generator, floor: Floor, size, target) -> tuple[float, float]:
-    """A free place for the scanner, of five tried the first 1.5 m and more from the stairs."""
+def _place(rng: np.random.Generator, floor: Floor, size, target, form: str) -> tuple[float, float]:
+    """A free place for the scanner, of twenty tried the first far enough from the stairs.
+
+    At least 1.5 m; above a flight that falls away 1.3-2.2 m, where its steps are still in sight.
+    """
     x, y = size[0] * 0.6, size[1] * 0.5
     for _ in range(20):
         x, y = rng.uniform(0.8, size[0] - 0.7), rng.uniform(0.7, size[1] - 0.7)
+        if form == "down":
+            x, y = rng.uniform(1.3, 2.2), np.clip(target[1] + rng.normal(0, 0.7), 0.7, size[1] - 0.7)
         away = np.hypot(x - target[0], y - target[1])
-        if away > 1.5 and floor.is_free((x - 0.5, y - 0.5, 0), (x + 0.5, y + 0.5, 2.2)):
+        if away > (1.2 if form == "down" else 1.5) and floor.is_free(
+            (x - 0.5, y - 0.5, 0), (x + 0.5, y + 0.5, 2.2)
+        ):
             break
     floor.keep_free((x - 0.5, y - 0.5, 0), (x + 0.5, y + 0.5, 2.2))
     return x, y

@@ -12,7 +12,7 @@ LAYERS = [
     ["images", "formats", "readers"],
     ["lattice", "regions", "mixed_pixels", "clusters", "measure", "surfaces", "ground", "cellular"],
     ["polar_cells", "linked_points", "rbnn"],
-    ["descriptors", "evidence", "matching"],
+    ["descriptors", "evidence", "matching", "truth"],
     ["samples", "cascade", "detectors", "hog_training", "classify"],
     ["rules", "sources"],
     ["evaluate", "pipeline", "semantic_map", "simulate", "draw"],

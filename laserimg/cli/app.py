@@ -19,6 +19,7 @@ from laserimg.cli import (
     simulate,
     train,
     train_hog,
+    truth,
 )
 
 app = typer.Typer(
@@ -50,6 +51,7 @@ app.command()(demo.demo)
 app.command()(detect.detect)
 app.command()(show.show)
 app.command()(evaluate.evaluate)
+app.command()(truth.truth)
 app.add_typer(rules.app)
 app.add_typer(classify.app)
 app.command()(card.card)

@@ -5,16 +5,15 @@ up, takes each lidar's to its own frame. The lower one hangs upside down: its fr
 about x, so that its image stands upright. `world_from_scan` leads to the frame of the vehicle.
 """
 
-import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.errors import LaserImgError, MissingExtraError, ScanError
+from laserimg.errors import LaserImgError, ScanError
 from laserimg.files import read_bytes
+from laserimg.formats.feather import MAX_BYTES, read_feather
 from laserimg.readers.points import scan_from_points
 from laserimg.readers.pose import pose_from_quaternion
 from laserimg.scan import Scan
@@ -27,10 +26,7 @@ LASERS = 32
 SWEEP = ("x", "y", "z", "intensity", "laser_number")
 CALIBRATION = Path("calibration", "egovehicle_SE3_sensor.feather")
 POSE = ("qw", "qx", "qy", "qz", "tx_m", "ty_m", "tz_m")
-# Columns of words; all others that are read hold numbers.
-TEXTS = ("sensor_name", "category")
 _HALF_TURN = np.diag([1.0, -1.0, -1.0, 1.0])
-_MAX_TABLE_BYTES = 1 << 30
 
 
 def read_argoverse(path: Path) -> Iterator[Scan]:
@@ -59,7 +55,7 @@ def read_argoverse(path: Path) -> Iterator[Scan]:
 def holds_sweep(path: Path) -> bool:
     """Tell whether a feather file is a sweep: tables of poses and annotations have the suffix too."""
     try:
-        return b"laser_number" in read_bytes(path, _MAX_TABLE_BYTES)
+        return b"laser_number" in read_bytes(path, MAX_BYTES)
     except LaserImgError:
         return True
 
@@ -73,37 +69,6 @@ def log_folder(path: Path) -> Path:
     '7fab'
     """
     return path.parent.parent.parent
-
-
-def read_feather(path: Path, columns: Sequence[str]) -> dict[str, NDArray[Any]]:
-    """Return columns of a feather file as arrays.
-
-    Raises
-    ------
-    ScanError
-        If the file is no feather file, lacks a column, or has a gap in one.
-    MissingExtraError
-        Without pyarrow.
-    """
-    try:
-        import pyarrow as pa
-        from pyarrow import feather
-    except ImportError:
-        raise MissingExtraError("Argoverse feather files", "argoverse") from None
-    data = read_bytes(path, _MAX_TABLE_BYTES)
-    try:
-        table = feather.read_table(io.BytesIO(data))
-        table.validate(full=True)
-        found = {name: table[name].to_numpy() for name in columns if name in table.column_names}
-    except (pa.ArrowException, OSError, ValueError, KeyError) as error:
-        raise ScanError(f"not a feather file: {' '.join(str(error).split())[:120]}") from error
-    missing = [name for name in columns if name not in found]
-    if missing:
-        raise ScanError(f"has no column {' '.join(missing)}")
-    wrong = [name for name, values in found.items() if values.dtype.kind not in "fiu" and name not in TEXTS]
-    if wrong or any(table[name].null_count for name in columns):
-        raise ScanError(f"a column holds no numbers or has gaps: {' '.join(wrong or columns)}")
-    return found
 
 
 def _poses(path: Path) -> dict[str, FloatArray]:

@@ -21,9 +21,11 @@ from laserimg.rbnn import rbnn_of_scan
 from laserimg.readers import ascii as text
 from laserimg.readers import find_files, pcd, read_file, suffixes
 from laserimg.readers.npz import load_arrays
+from laserimg.readers.range_image import is_described
 from laserimg.scan import BoolArray, Float32Array, Scan
 
 _TEXT = {".xyz", ".txt", ".csv", ".asc", ".dat", ".pts"}
+_IMAGES = {".png", ".tif", ".tiff"}
 
 
 class Source(NamedTuple):
@@ -146,8 +148,14 @@ def _files(folder: Path, label: str, scale: float) -> list[Source]:
         if path.is_file()
         and not path.name.startswith(".")
         and without_compression(path).suffix.lower() in known
+        and not _is_picture(path)
     )
     return [_file(path, label, scale) for path in files]
+
+
+def _is_picture(path: Path) -> bool:
+    """Tell whether an image is no scan, such as the colour image beside one."""
+    return without_compression(path).suffix.lower() in _IMAGES and not is_described(path)
 
 
 def _file(path: Path, label: str, scale: float) -> Source:

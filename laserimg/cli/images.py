@@ -16,6 +16,10 @@ def images(
     kinds: Annotated[
         str | None, typer.Option(help="Images separated by commas. Default: all that the scan has.")
     ] = None,
+    colour: Annotated[
+        Path | None,
+        typer.Option(help="Colour image registered to the one scan: its grey becomes the reflectance."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
     """Write what detectors see of a scan, as PNG files.
@@ -24,6 +28,7 @@ def images(
       laserimg images office.pcd -o pictures
       laserimg images scans/ -o pictures --kinds range,normals
       laserimg images 1.ptx -o pictures --kinds normals_view.r
+      laserimg images depth.png -o pictures --colour colour.png
 
     \b
     Kinds:
@@ -55,9 +60,13 @@ def images(
             errors.append(str(error))
     # Two files may have the same name: what lies in folders stays in folders.
     top = os.path.commonpath([file.absolute().parent for file in files]) if files else ""
+    if colour is not None and len(files) > 1:
+        raise typer.BadParameter(
+            'goes with one scan; for several, write "colour" in NAME.json', param_hint="--colour"
+        )
     for file in track(files, len(files), "images", quiet):
         try:
-            written += _write_file(file, out / file.absolute().parent.relative_to(top), names)
+            written += _write_file(file, out / file.absolute().parent.relative_to(top), names, colour)
         except LaserImgError as error:
             errors.append(str(error))
     if written and not quiet:
@@ -68,15 +77,18 @@ def images(
         raise typer.Exit(1)
 
 
-def _write_file(file: Path, folder: Path, names: list[str] | None) -> int:
+def _write_file(file: Path, folder: Path, names: list[str] | None, colour: Path | None) -> int:
     from laserimg.errors import LaserImgError, ScanError
     from laserimg.files import stem
     from laserimg.images import make_images, write_png
     from laserimg.readers import read_file
+    from laserimg.readers.colour import with_colour
 
     written = 0
     for scan in read_file(file):
         try:
+            if colour is not None:
+                scan = with_colour(scan, colour)
             pictures = make_images(scan, names or _all_kinds(scan))
         except LaserImgError as error:
             raise ScanError(f"{file}: {error}") from error

@@ -1,4 +1,4 @@
-"""Limits of the range that stand beside a scan: masks, nothing is removed."""
+"""What stands beside a scan: limits of the range (masks, nothing is removed), and whether to use colours."""
 
 import json
 from pathlib import Path
@@ -10,6 +10,7 @@ from laserimg.formats.toml import read_toml
 FOLDER_FILE = "laserimg.toml"
 _MAX_M = 1e6
 _KEYS = ("min_range", "max_range")
+_COLOUR = "colour"
 
 
 def range_limits(path: Path) -> tuple[float | None, float | None]:
@@ -24,6 +25,25 @@ def range_limits(path: Path) -> tuple[float | None, float | None]:
     """
     said = _from_folder(path.parent / FOLDER_FILE) | _from_side_file(path)
     return said.get("min_range"), said.get("max_range")
+
+
+def own_colours(path: Path) -> bool:
+    """Tell whether the points' own colours are to stand for reflectance: ``colour`` is true.
+
+    The side file ``NAME.json`` holds before ``laserimg.toml`` in the same folder.
+
+    Raises
+    ------
+    ConfigError
+        Naming the file, if ``colour`` is neither true nor false.
+    """
+    folder = path.parent / FOLDER_FILE
+    said, place = (side_file(path) or {}).get(_COLOUR), path.with_name(f"{stem(path)}.json")
+    if said is None and folder.is_file():
+        said, place = read_toml(folder).data.get(_COLOUR), folder
+    if said not in (None, True, False):
+        raise ConfigError(f"{place}: colour must be true or false, got {str(said)[:40]}")
+    return bool(said)
 
 
 def side_file(path: Path) -> dict | None:
@@ -46,9 +66,10 @@ def _from_folder(path: Path) -> dict[str, float]:
     content = dict(document.data)
     if content.pop("format", 1) != 1:
         raise document.error(["format"], "format must be 1")
+    content.pop(_COLOUR, None)
     for key in content:
         if key not in _KEYS:
-            raise document.unknown([key], ("format", *_KEYS))
+            raise document.unknown([key], ("format", _COLOUR, *_KEYS))
     return {key: _metres(f"{path}:{document.line([key])}", key, value) for key, value in content.items()}
 
 

@@ -2,7 +2,8 @@
 
 VIEWPOINT is the pose of the sensor in the frame of the points. A pinhole grid in the optical
 frame (x right, y down, z forward) shows itself by its rays; it is turned to ours and its VIEWPOINT,
-which camera drivers use to turn the picture upright, is left aside.
+which camera drivers use to turn the picture upright, is left aside. With ``colour`` true beside the file, the
+grey of its colours stands for the reflectance.
 """
 
 import io
@@ -17,8 +18,10 @@ from pydantic import ValidationError
 
 from laserimg.errors import ScanError
 from laserimg.files import read_bytes
+from laserimg.readers.colour import grey_of_points
 from laserimg.readers.fields import intensity_field, ring_field
 from laserimg.readers.grid import scan_from_grid
+from laserimg.readers.limits import own_colours
 from laserimg.readers.pcd_padding import without_padding
 from laserimg.readers.points import scan_from_points
 from laserimg.readers.pose import pose_from_quaternion
@@ -46,12 +49,11 @@ def read_pcd(path: Path) -> Iterator[Scan]:
     """
     cloud = _read_cloud(read_bytes(path))
     records, header = cloud.pc_data, cloud.metadata
-    names = records.dtype.names
-    intensity, ring = intensity_field(names), ring_field(names)
+    ring = ring_field(records.dtype.names)
     # Bytes of a broken file may be no number at all.
     with np.errstate(invalid="ignore"):
         points = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
-        values = None if intensity is None else records[intensity].astype(np.float64)
+        values = _values(records, path)
         beams = None if ring is None else records[ring].astype(np.intp)
     if header.height > 1:
         yield _organised(points, values, (header.height, header.width), header.viewpoint)
@@ -69,10 +71,17 @@ def read_points(path: Path) -> tuple[FloatArray, FloatArray | None]:
         If the file is cut off, not a PCD file, or has no x, y, z.
     """
     records = _read_cloud(read_bytes(path)).pc_data
-    intensity = intensity_field(records.dtype.names)
     with np.errstate(invalid="ignore"):
         points = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
-        return points, None if intensity is None else records[intensity].astype(np.float64)
+        return points, _values(records, path)
+
+
+def _values(records: NDArray[np.void], path: Path) -> FloatArray | None:
+    """Return the intensity, or the grey of the colours where that is asked for."""
+    if own_colours(path):
+        return grey_of_points(records)
+    intensity = intensity_field(records.dtype.names or ())
+    return None if intensity is None else records[intensity].astype(np.float64)
 
 
 def _organised(

@@ -3,7 +3,8 @@
 Keys: ``scale_m`` and ``offset_m`` (metres = value x scale + offset; value 0 is no return), ``kind``
 ("range" along the ray or "depth" along x), and the rays: ``azimuth_deg`` and ``elevation_deg`` as
 [first, last] or as one number a column and row, or intrinsics ``fx fy cx cy`` in pixels. Optional:
-``world_from_scan`` (4x4), ``wraps``, ``min_range``, ``max_range``.
+``world_from_scan`` (4x4), ``wraps``, ``min_range``, ``max_range``, and ``colour``, a registered colour image
+beside it whose grey becomes the reflectance.
 """
 
 import json
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from laserimg.errors import LaserImgError, ScanError
 from laserimg.files import read_bytes, stem
 from laserimg.projection import directions_from_angles, measured
+from laserimg.readers.colour import with_colour
 from laserimg.readers.limits import side_file
 from laserimg.readers.png import SIGNATURE, check_png
 from laserimg.readers.pose import rigid
@@ -47,6 +49,8 @@ def read_range_image(path: Path) -> Iterator[Scan]:
     image = _decode(data)
     try:
         scan = _scan_of(image, about)
+        if "colour" in about:
+            scan = with_colour(scan, path.with_name(_colour_image(about)))
     except (TypeError, ValueError, LaserImgError) as error:
         raise ScanError(f"with {stem(path)}.json: {error}") from error
     yield scan
@@ -74,6 +78,13 @@ def _scan_of(image: NDArray, about: dict[str, Any]) -> Scan:
         {"world_from_scan": rigid(about["world_from_scan"])} if "world_from_scan" in about else {}
     )
     return Scan(range_m, directions, wraps=about.get("wraps") is True, **optional)
+
+
+def _colour_image(about: dict[str, Any]) -> str:
+    name = about["colour"]
+    if not isinstance(name, str) or not name:
+        raise ScanError(f"colour must be the name of an image beside it, got {json.dumps(name)[:40]}")
+    return name
 
 
 def _directions(about: dict[str, Any], shape: tuple[int, ...]) -> NDArray[np.float32]:

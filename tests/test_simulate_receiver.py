@@ -20,14 +20,18 @@ def slow(echoes, receiver):
             pulses[-1].append((distance, power))
         else:
             pulses.append([(distance, power)])
-    measured = [
-        (sum(d * p for d, p in pulse) / sum(p for _, p in pulse), sum(p for _, p in pulse))
-        for pulse in pulses
-    ]
+    measured = [rising_edge(pulse, receiver.pulse_m) for pulse in pulses]
     measured = [one for one in measured if one[1] >= receiver.weakest]
     if not measured:
         return 0.0, 0.0
     return max(measured, key=lambda one: one[1]) if receiver.strongest else measured[0]
+
+
+def rising_edge(pulse, pulse_m):
+    """Range and power of echoes that run into one."""
+    nearest, total = pulse[0][0], sum(power for _, power in pulse)
+    pulls = [p / total * (d - nearest) * max(1 - (d - nearest) / pulse_m, 0) for d, p in pulse]
+    return nearest + sum(pulls), total
 
 
 @given(st.lists(ECHO, min_size=1, max_size=30), st.booleans())

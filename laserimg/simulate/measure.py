@@ -62,7 +62,7 @@ def simulated(scene: Scene, scanner_index: int, scanner: Scanner, seed: int) -> 
     rng = np.random.default_rng(seed)
     middle = echoes_along(caster, pose[:3, 3], along)
     exact, power = _measured(caster, pose[:3, 3], along, middle, scanner, rng)
-    range_m = _reported_range(exact, scanner, rng)
+    range_m = _reported_range(exact, power, scanner, rng)
     reflectance = np.where(range_m > 0, _reported_power(power, exact, scanner.intensity), np.float32(0))
     scan = Scan(range_m.reshape(shape), scanner.directions, reflectance.reshape(shape), pose, scanner.wraps)
     face, truth = _truth(middle, exact, scanner.receiver.weakest)
@@ -112,14 +112,16 @@ def _edge_sizes(scanner: Scanner) -> tuple[float, tuple[int, int]]:
     return 3 * scanner.noise.white_m, (rows, columns)
 
 
-def _reported_range(exact: Float32Array, scanner: Scanner, rng: np.random.Generator) -> Float32Array:
+def _reported_range(
+    exact: Float32Array, power: Float32Array, scanner: Scanner, rng: np.random.Generator
+) -> Float32Array:
     """Ranges with noise, rounded and within limits; 0 for none."""
-    noise, phase = scanner.noise, rng.uniform(0, 2 * np.pi, 2)
-    noisy = exact + np.float32(noise.white_m) * rng.standard_normal(exact.shape, np.float32)
-    # Two waves of the same power whose periods have no common multiple.
-    for period, start in zip((1.0, 1.618), phase, strict=True):
-        wave = np.float32(2 * np.pi / (period * noise.ring_period_m)) * exact + np.float32(start)
-        noisy += np.float32(noise.ring_m) * np.sin(wave)
+    noise, weakest = scanner.noise, scanner.receiver.weakest
+    weakness = np.float32(weakest) / np.maximum(power, np.float32(weakest))
+    spread = np.sqrt(noise.white_m**2 + (noise.weakest_m**2 - noise.white_m**2) * weakness)
+    wave = np.float32(2 * np.pi / noise.ring_period_m) * exact + np.float32(rng.uniform(0, 2 * np.pi))
+    noisy = exact + spread * rng.standard_normal(exact.shape, np.float32)
+    noisy += np.float32(2**0.5 * noise.ring_m) * np.sin(wave)
     rounded = np.round(noisy / np.float32(scanner.step_m)) * np.float32(scanner.step_m)
     kept = (exact > 0) & (rounded >= scanner.min_range_m) & (rounded <= scanner.max_range_m)
     return np.where(kept, rounded, np.float32(0))

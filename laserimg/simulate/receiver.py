@@ -19,7 +19,9 @@ class Receiver(NamedTuple):
     reach_m : float
         Range at which a matt target of 10 % straight on is just seen: it sets the weakest pulse.
     pulse_m : float
-        Echoes nearer together than this run into one pulse, whose range lies between theirs.
+        Echoes nearer together than this run into one pulse. Its range is found at its rising edge, which
+        the farther echoes pull back, each by its share of the power and by how much of it comes in time:
+        a share that falls to 0 at this distance.
     strongest : bool
         Of several pulses the strongest is measured; else the first.
     """
@@ -68,7 +70,7 @@ def received(
 def _pulses(
     beam: NDArray[np.integer], distance: Float32Array, power: Float32Array, pulse_m: float
 ) -> tuple[NDArray[np.integer], Float32Array, Float32Array]:
-    """Beam, range and power of the pulses, the echoes of a beam from near to far."""
+    """Beam, range and power of the pulses of each beam, from near to far."""
     if not len(beam):
         return beam, distance, power
     # One key of integers sorts three times as fast as two keys: beam, then tenths of a millimetre.
@@ -77,5 +79,7 @@ def _pulses(
     starts = np.r_[True, (beam[1:] != beam[:-1]) | (np.diff(distance) > pulse_m)]
     first = np.flatnonzero(starts)
     total = np.add.reduceat(power, first)
-    centre = np.add.reduceat(power * distance, first) / np.maximum(total, np.float32(1e-30))
-    return beam[first], centre.astype(np.float32), total
+    behind = distance - np.repeat(distance[first], np.diff(np.r_[first, len(distance)]))
+    pull = power * behind * np.maximum(1 - behind / np.float32(pulse_m), 0)
+    found = distance[first] + np.add.reduceat(pull, first) / total
+    return beam[first], found.astype(np.float32), total

@@ -13,8 +13,9 @@ class Noise(NamedTuple):
 
     Parameters
     ----------
-    white_m : float
-        Standard deviation of a range, different for every beam.
+    white_m, weakest_m : float
+        Standard deviation of a range, different for every beam: of a strong pulse, and of the weakest
+        that is seen. Between, the variance grows with one over the power, as that of photons counted.
     ring_m : float
         Standard deviation of an error that depends on the range alone: on a wall it makes rings.
     ring_period_m : float
@@ -24,6 +25,7 @@ class Noise(NamedTuple):
     """
 
     white_m: float
+    weakest_m: float
     ring_m: float
     ring_period_m: float
     power: float

@@ -15,13 +15,13 @@ from laserimg.simulate.labels import truth_boxes
 from laserimg.simulate.measure import simulated
 from laserimg.simulate.scanner import SCANNERS
 from laserimg.simulate.scenes import SCENES
+from laserimg.simulate.user_mesh import UserThing
 from laserimg.workers import unordered
 
 # The classes of a set, with the same numbers in every set.
 LABELS = (
     "building", "car", "door", "person", "pole", "tree", "window", "office_chair", "stairs", "wastebasket",
 )  # fmt: skip
-CATEGORIES = {label: number for number, label in enumerate(LABELS, 1)}
 TRUTH = "truth.coco.json"
 
 
@@ -35,16 +35,26 @@ class SetPlan:
         Names in `SCENES` and `SCANNERS`.
     seed : int
     out : Path
+    extras : tuple of UserThing
+        Makers of things that come into every scene.
     """
 
     scene: str
     scanner: str
     seed: int
     out: Path
+    extras: tuple[UserThing, ...] = ()
+
+    @property
+    def categories(self) -> dict[str, int]:
+        """Numbers of the classes: those of every set, then the new ones of the extras."""
+        labels = dict.fromkeys([*LABELS, *(extra.label for extra in self.extras)])
+        return {label: number for number, label in enumerate(labels, 1)}
 
     def name(self, number: int) -> str:
         """Return the file name of a scan; it tells scans of other plans apart."""
-        return f"{self.scene}-{self.scanner}-{self.seed}-{number:05d}.npz"
+        tag = "".join(f"-{extra.tag}" for extra in self.extras)
+        return f"{self.scene}-{self.scanner}-{self.seed}{tag}-{number:05d}.npz"
 
     def truth(self, number: int) -> Path:
         """Return where the truth of one scan is kept until the set is whole."""
@@ -71,13 +81,13 @@ def make_scans(plan: SetPlan, count: int, jobs: int = 1) -> Iterator[int]:
 
 
 def _make_scan(plan: SetPlan, number: int) -> int:
-    scene = SCENES[plan.scene](np.random.default_rng([plan.seed, number]))
+    scene = SCENES[plan.scene](np.random.default_rng([plan.seed, number]), plan.extras)
     seen = simulated(scene, 0, SCANNERS[plan.scanner], seed=plan.seed * 1_000_003 + number)
     height, width = seen.scan.shape
-    boxes = truth_boxes(scene, seen, CATEGORIES, image_id=1, first_id=1)
+    boxes = truth_boxes(scene, seen, plan.categories, image_id=1, first_id=1)
     image = CocoImage(1, plan.name(number), width, height)
     write_npz(seen.scan, plan.out / plan.name(number))
-    write_coco(plan.truth(number), CocoFile((image,), _categories(), tuple(boxes)))
+    write_coco(plan.truth(number), CocoFile((image,), _categories(plan), tuple(boxes)))
     return number
 
 
@@ -104,10 +114,10 @@ def write_truth(plan: SetPlan, count: int) -> CocoFile:
             )
             for place, box in enumerate(one.annotations, 1)
         ]
-    coco = CocoFile(tuple(images), _categories(), tuple(boxes), source=str(plan.out / TRUTH))
+    coco = CocoFile(tuple(images), _categories(plan), tuple(boxes), source=str(plan.out / TRUTH))
     write_coco(plan.out / TRUTH, coco)
     return coco
 
 
-def _categories() -> tuple[Category, ...]:
-    return tuple(Category(number, label) for label, number in CATEGORIES.items())
+def _categories(plan: SetPlan) -> tuple[Category, ...]:
+    return tuple(Category(number, label) for label, number in plan.categories.items())

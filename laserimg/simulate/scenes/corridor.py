@@ -1,5 +1,7 @@
 """Corridors: doors, windows and glazing along the walls, pillars, radiators, now and then a cabinet."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from laserimg.simulate.mesh import pose_at
@@ -19,6 +21,7 @@ from laserimg.simulate.scenes.furnishing import (
     long_bench,
     one_of,
     pilasters,
+    put_extras,
 )
 from laserimg.simulate.scenes.placing import Floor
 from laserimg.simulate.scenes.rooms import BLANK, INSIDE, OUTSIDE, room
@@ -32,13 +35,13 @@ BY_WALL: tuple[tuple[Maker, float], ...] = (
 )  # fmt: skip
 
 
-def corridor(rng: np.random.Generator) -> Scene:
+def corridor(rng: np.random.Generator, extras: Sequence[Maker] = ()) -> Scene:
     """Return a corridor along x, 8-30 m long, 1.5-3.5 m wide (one in four 3.5-6 m, a foyer), 2.3-3.6 m high.
 
     Doors on one or both sides, windows or glazing on others; pillars, pilasters and beams in rows, each in
     two or three of five; a wastebasket in three of five. The scanner, 0.35-1.6 m above the floor (the
     corridor scan: 0.36 m), looks along the corridor within 30 degrees. One scene in eight has no labelled
-    object.
+    object. Of the makers `extras` 1-4 things each come too.
     """
     is_labelled = rng.random() > 1 / 8
     width = rng.uniform(1.5, 3.5) if rng.random() < 0.75 else rng.uniform(3.5, 6.0)
@@ -53,7 +56,7 @@ def corridor(rng: np.random.Generator) -> Scene:
     scanner_m = rng.uniform(0.35, 1.0) if rng.random() < 0.6 else rng.uniform(1.0, 1.6)
     x, y = size[0] * rng.uniform(0.15, 0.6), width * rng.uniform(0.4, 0.6)
     floor.keep_free((x - 0.5, y - 0.5, 0), (x + 0.5, y + 0.5, 2.2))
-    _furnish(rng, floor, size, is_labelled)
+    _furnish(rng, floor, size, is_labelled, extras)
     hang_lamps(rng, floor, size)
     support = carrier(rng, scanner_m).at(x, y, 0, rng.uniform(0, 360))
     pose = pose_at(x, y, scanner_m, float(rng.normal(0, 15)))
@@ -62,7 +65,11 @@ def corridor(rng: np.random.Generator) -> Scene:
 
 
 def _furnish(
-    rng: np.random.Generator, floor: Floor, size: tuple[float, float, float], is_labelled: bool
+    rng: np.random.Generator,
+    floor: Floor,
+    size: tuple[float, float, float],
+    is_labelled: bool,
+    extras: Sequence[Maker],
 ) -> None:
     length, width, height = size
     if width > 2.2 and rng.random() < 0.4:
@@ -71,6 +78,7 @@ def _furnish(
             floor.put(pillar, x, y, slack_m=0.1)
     if rng.random() < 0.5:
         pilasters(rng, floor, size)
+    put_extras(rng, floor, extras)
     basket = wastebasket if is_labelled else bucket
     for _ in range(rng.poisson(1.0)):
         put = floor.put_by_wall if rng.random() < 0.7 else floor.put_beside

@@ -1,5 +1,7 @@
 """Foyers: a wide flight in the middle of a high hall, floor beside it, another hall above it."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from laserimg.simulate.materials import Material
@@ -19,6 +21,7 @@ from laserimg.simulate.scenes.furnishing import (
     long_bench,
     one_of,
     pilasters,
+    put_extras,
 )
 from laserimg.simulate.scenes.placing import Floor
 from laserimg.simulate.scenes.rooms import BLANK, INSIDE, OPEN, OUTSIDE, room
@@ -31,12 +34,12 @@ THINGS: tuple[tuple[Maker, float], ...] = (
 )  # fmt: skip
 
 
-def foyer(rng: np.random.Generator) -> Scene:
+def foyer(rng: np.random.Generator, extras: Sequence[Maker] = ()) -> Scene:
     """Return a hall of 5-14 x 5-14 m, 3.5-9 m high; a flight of 6-18 steps, 2-8 m wide, climbs behind it.
 
     On both sides of the flight the floor goes on or walls close it in; pillars, rails or parapets beside
     it. The scanner is 0.4-1.7 m above the floor, 2-10 m before the first step (the staircase scan: 0.55 m
-    and 5 m), and looks to it within 25 degrees.
+    and 5 m), and looks to it within 25 degrees. Of the makers `extras` 1-4 things each come too.
     """
     size = (rng.uniform(5, 14), rng.uniform(5, 14), rng.uniform(3.5, 9.0))
     wide = size[1] * (rng.uniform(0.3, 0.7) if rng.random() < 0.7 else rng.uniform(0.7, 0.95))
@@ -53,6 +56,7 @@ def foyer(rng: np.random.Generator) -> Scene:
     scanner_m = rng.uniform(0.4, 1.0) if rng.random() < 0.5 else rng.uniform(1.0, 1.7)
     x, y = rng.uniform(2.0, min(size[0] - 0.7, 10.0)), size[1] * rng.uniform(0.25, 0.75)
     floor.keep_free((x - 0.5, y - 0.5, 0), (x + 0.5, y + 0.5, 2.2))
+    put_extras(rng, floor, extras)
     _furnish(rng, floor, size)
     heading = np.degrees(np.arctan2(middle - y, -x)) + rng.normal(0, 12)
     support = carrier(rng, scanner_m).at(x, y, 0, rng.uniform(0, 360))

@@ -1,6 +1,6 @@
 """Drawing things by weight; lamps and beams under the ceiling, pilasters and benches along walls."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -57,6 +57,26 @@ def long_bench(rng: np.random.Generator) -> Thing:
         rows = [(0, 0, high - 0.06, deep, long, 0.06)]
         rows += [(0, y, 0, 0.8 * deep, 0.06, high - 0.06) for y in np.array([-0.42, 0, 0.42]) * long]
     return Thing("long_bench", boxes(rows, varied(rng, str(rng.choice(["wood", "concrete"])), 0.3)))
+
+
+def put_somewhere(rng: np.random.Generator, floor: Floor, thing: Thing) -> bool:
+    """Put a thing where small things stand: in a corner, beside furniture, by a wall, or free."""
+    where = rng.random()
+    if where < 0.2:
+        return floor.put_in_corner(rng, thing)
+    if where < 0.6:
+        return floor.put_beside(rng, thing)
+    if where < 0.8:
+        return floor.put_by_wall(rng, thing) is not None
+    return floor.put_anywhere(rng, thing)
+
+
+def put_extras(rng: np.random.Generator, floor: Floor, extras: Sequence[Maker]) -> None:
+    """Put 1-4 things of each maker, each tried at four kinds of places as far as there is room."""
+    for maker in extras:
+        for _ in range(int(rng.integers(1, 5))):
+            thing = maker(rng)
+            any(put_somewhere(rng, floor, thing) for _ in range(4))
 
 
 def one_of(rng: np.random.Generator, makers: tuple[tuple[Maker, float], ...]) -> Thing:

@@ -1,5 +1,7 @@
 """Offices: desks with chairs and wastebaskets, furniture along the walls, clutter between."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from laserimg.simulate.mesh import pose_at
@@ -22,7 +24,7 @@ from laserimg.simulate.objects.people import person
 from laserimg.simulate.objects.seats import armchair, chair, office_chair, stool
 from laserimg.simulate.objects.storage import cabinet, cardboard_boxes, coat_rack, shelf, suitcase
 from laserimg.simulate.objects.vessels import bucket, drum, umbrella_stand, wastebasket
-from laserimg.simulate.scenes.furnishing import Maker, hang_lamps, one_of
+from laserimg.simulate.scenes.furnishing import Maker, hang_lamps, one_of, put_extras, put_somewhere
 from laserimg.simulate.scenes.placing import Floor
 from laserimg.simulate.scenes.rooms import BLANK, INSIDE, OUTSIDE, room
 from laserimg.simulate.scenes.workplaces import workplaces
@@ -41,12 +43,13 @@ ANYWHERE: tuple[tuple[Maker, float], ...] = (
 SCANNER_RADIUS_M = 0.55
 
 
-def office(rng: np.random.Generator) -> Scene:
+def office(rng: np.random.Generator, extras: Sequence[Maker] = ()) -> Scene:
     """Return an office of 3.5-14 x 3-9 m, 2.4-3.4 m high, full of desks, with the scanner amid them.
 
     A desk for each 4-10 square metres, most with an office chair; wastebaskets under desks, beside them and
     other furniture, in corners or by walls. The scanner is 0.6-1.7 m above the floor (the office scan: 1.29
-    m). One scene in eight has no labelled object but perhaps a person.
+    m). One scene in eight has no labelled object but perhaps a person. Of the makers `extras` 1-4 things
+    each come too.
     """
     is_labelled = rng.random() > 1 / 8
     length, width = rng.uniform(3.5, 14.0), rng.uniform(3.0, 9.0)
@@ -62,24 +65,32 @@ def office(rng: np.random.Generator) -> Scene:
     place = np.array([length, width]) * rng.uniform(0.25, 0.75, 2)
     x, y = (float(value) for value in place)
     floor.keep_free((*(place - SCANNER_RADIUS_M), 0.0), (*(place + SCANNER_RADIUS_M), 2.2))
-    _furnish(rng, floor, length * width, size[2], is_labelled)
+    _furnish(rng, floor, size, is_labelled, extras)
     hang_lamps(rng, floor, size)
     things = [*walls.things, carrier(rng, scanner_m).at(x, y, 0, rng.uniform(0, 360)), *floor.things]
     pose = pose_at(x, y, scanner_m, _heading_deg(rng, place, (length / 2, width / 2)))
     return Scene(tuple(things), (pose,), "office")
 
 
-def _furnish(rng: np.random.Generator, floor: Floor, area: float, height: float, is_labelled: bool) -> None:
+def _furnish(
+    rng: np.random.Generator,
+    floor: Floor,
+    size: tuple[float, float, float],
+    is_labelled: bool,
+    extras: Sequence[Maker],
+) -> None:
     """Partitions first, then workplaces, then walls, then what stands about."""
+    area, height = size[0] * size[1], size[2]
     if area > 25 and rng.random() < 0.5:
         floor.put_anywhere(rng, _partition(rng, height), 6)
     for _ in range(int(rng.integers(0, 2 + int(area > 40)))):
         floor.put_anywhere(rng, column(rng, height), 4)
     dense = rng.uniform(0.6, 1.6)
     workplaces(rng, floor, max(1, round(dense * area / 5)), is_labelled=is_labelled)
+    put_extras(rng, floor, extras)
     basket = wastebasket if is_labelled else bucket
     for _ in range(rng.poisson(0.8)):
-        _put_basket(rng, floor, basket(rng))
+        put_somewhere(rng, floor, basket(rng))
     for _ in range(rng.poisson(dense * (3 + area / 4))):
         floor.put_by_wall(rng, one_of(rng, BY_WALL))
     for _ in range(rng.poisson(dense * (1.5 + area / 8))):
@@ -91,19 +102,6 @@ def _furnish(rng: np.random.Generator, floor: Floor, area: float, height: float,
         floor.put_anywhere(rng, person(rng, "standing"))
     if is_labelled and rng.random() < 0.5:
         floor.put_anywhere(rng, office_chair(rng))
-
-
-def _put_basket(rng: np.random.Generator, floor: Floor, thing: Thing) -> None:
-    """In a corner, beside furniture, by a wall, or free."""
-    where = rng.random()
-    if where < 0.25:
-        floor.put_in_corner(rng, thing)
-    elif where < 0.6:
-        floor.put_beside(rng, thing)
-    elif where < 0.85:
-        floor.put_by_wall(rng, thing)
-    else:
-        floor.put_anywhere(rng, thing)
 
 
 def _partition(rng: np.random.Generator, height: float) -> Thing:

@@ -1,5 +1,7 @@
 """A park: rough grass, a path, trees, people, poles and hedges."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,7 @@ from laserimg.simulate.objects.loft import quads_mesh
 from laserimg.simulate.objects.people import person
 from laserimg.simulate.objects.poles import lamp_post, sign_post
 from laserimg.simulate.objects.trees import tree
+from laserimg.simulate.scenes.furnishing import Maker
 from laserimg.simulate.things import Scene, Thing
 
 HALF_SIZE_M = 25.0
@@ -16,12 +19,12 @@ STEP_M = 0.25
 CLEAR_M = {"tree": 0.5, "hedge": 3.1, "person": 0.45}
 
 
-def park(rng: np.random.Generator) -> Scene:
+def park(rng: np.random.Generator, extras: Sequence[Maker] = ()) -> Scene:
     """Return a park of 50 x 50 m with the scanner in the middle, 1.2-2.0 m above the ground.
 
     Ground tilted by up to 2 degrees, waves of 0.05-0.2 m over 15-30 m, grass rough by 1-4 cm standard
     deviation at 0.25 m, the path 2-3.5 m wide and rough by 3 mm. Ranges set by eye. One park in five
-    has few objects.
+    has few objects. Of the makers `extras` 1-4 things each stand within 12 m.
     """
     tilt, phase = np.tan(np.radians(rng.uniform(-2, 2, 2))), rng.uniform(0, 6, 2)
     wave, length = rng.uniform(0.05, 0.2), rng.uniform(15, 30)
@@ -34,6 +37,12 @@ def park(rng: np.random.Generator) -> Scene:
 
     density = 0.25 if rng.random() < 0.2 else rng.uniform(0.6, 1.0)
     things, taken = [_ground(rng, height)], [(0.0, 0.0, 1.2)]
+    for maker in extras:
+        for _ in range(int(rng.integers(1, 5))):
+            thing, (x, y) = maker(rng), rng.uniform(-12, 12, 2)
+            if all(np.hypot(x - a, y - b) > r + thing.footprint for a, b, r in taken):
+                taken.append((x, y, thing.footprint))
+                things.append(thing.at(x, y, float(height(x, y)), rng.uniform(0, 360)))
     makers = [(tree, 14), (person, 8), (lamp_post, 3), (sign_post, 1), (hedge, 4)]
     for maker, expected in makers:
         for _ in range(rng.poisson(expected * density)):

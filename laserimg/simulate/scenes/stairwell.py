@@ -1,5 +1,7 @@
 """Stairwells: a hall whose wall at x = 0 opens to stairs that climb or fall away towards -x."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from laserimg.simulate.materials import Material
@@ -13,7 +15,7 @@ from laserimg.simulate.objects.stairs import Flight, flight_size, side_of_stairs
 from laserimg.simulate.objects.storage import cabinet, cardboard_boxes, coat_rack
 from laserimg.simulate.objects.vessels import bucket, umbrella_stand
 from laserimg.simulate.scenes.foyer import foyer
-from laserimg.simulate.scenes.furnishing import Maker, hang_lamps, one_of
+from laserimg.simulate.scenes.furnishing import Maker, hang_lamps, one_of, put_extras
 from laserimg.simulate.scenes.placing import Floor
 from laserimg.simulate.scenes.rooms import BLANK, INSIDE, OPEN, OUTSIDE, room
 from laserimg.simulate.scenes.walls import Hole, wall
@@ -26,18 +28,18 @@ THINGS: tuple[tuple[Maker, float], ...] = (
 )  # fmt: skip
 
 
-def stairwell(rng: np.random.Generator) -> Scene:
+def stairwell(rng: np.random.Generator, extras: Sequence[Maker] = ()) -> Scene:
     """Return a hall of 4-12 x 3-8 m, 2.6-5 m high, with stairs in sight.
 
     Up (27 %): one flight between walls, with a landing behind. Dogleg (20 %): up to a landing, back up
     beside, and down below. Down (13 %): one flight that leaves the hall, seen from above. Free (15 %):
     closed or open steps that stand in the hall. The rest is `laserimg.simulate.scenes.foyer`. The scanner
     is 0.4-1.7 m above the floor and looks to the stairs within 35 degrees. Sizes of flights as in
-    `laserimg.simulate.objects.stairs`.
+    `laserimg.simulate.objects.stairs`. Of the makers `extras` 1-4 things each come too.
     """
     form = str(rng.choice(FORMS, p=[0.27, 0.13, 0.2, 0.15, 0.25]))
     if form == "foyer":
-        return foyer(rng)
+        return foyer(rng, extras)
     size = (rng.uniform(4, 12), rng.uniform(3.0, 8.0), rng.uniform(2.6, 5.0))
     others = rng.choice([INSIDE, OUTSIDE, BLANK], 3, p=[0.4, 0.2, 0.4])
     is_behind = form != "free"
@@ -54,6 +56,7 @@ def stairwell(rng: np.random.Generator) -> Scene:
         things, target = _in_the_hall(rng, floor, size)
     scanner_m = rng.uniform(0.4, 1.0) if rng.random() < 0.6 else rng.uniform(1.0, 1.7)
     x, y = _place(rng, floor, size, target, form)
+    put_extras(rng, floor, extras)
     _furnish(rng, floor, size[0] * size[1])
     hang_lamps(rng, floor, size)
     heading = np.degrees(np.arctan2(target[1] - y, target[0] - x)) + rng.normal(0, 18)

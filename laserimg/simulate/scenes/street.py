@@ -1,5 +1,7 @@
 """A street of 60 m: road, kerbs, pavements, facades, cars, people, trees and poles."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from laserimg.simulate.materials import MATERIALS
@@ -9,21 +11,28 @@ from laserimg.simulate.objects.loft import quads_mesh
 from laserimg.simulate.objects.people import person
 from laserimg.simulate.objects.poles import bollard, lamp_post, sign_post, traffic_light
 from laserimg.simulate.objects.trees import tree
+from laserimg.simulate.scenes.furnishing import Maker
 from laserimg.simulate.things import Scene, Thing
 
 HALF_LENGTH_M = 30.0
 POLES = (lamp_post, sign_post, traffic_light, bollard)
 
 
-def street(rng: np.random.Generator) -> Scene:
+def street(rng: np.random.Generator, extras: Sequence[Maker] = ()) -> Scene:
     """Return a street along x with the scanner near the middle, 1.2-2.0 m above the ground.
 
     Lanes 2.75-3.25 m, parking strips 2.2 m, pavements 2-4 m (ranges of the German RASt 06), kerbs
-    0.08-0.15 m. One scene in five has few objects.
+    0.08-0.15 m. One scene in five has few objects. Of the makers `extras` 1-4 things each stand on the
+    pavements.
     """
     road, pave, kerb = rng.uniform(7.5, 8.7), rng.uniform(2.5, 4.0), rng.uniform(0.08, 0.15)
     density = 0.25 if rng.random() < 0.2 else rng.uniform(0.6, 1.0)
     things, taken = [_ground(rng, road, pave, kerb)], [(0.0, 0.0, 1.0)]
+    for maker in extras:
+        for _ in range(int(rng.integers(1, 5))):
+            thing, side = maker(rng), rng.choice([-1, 1])
+            x, y = rng.uniform(-12, 12), side * (road / 2 + rng.uniform(0.5, pave - 0.4))
+            things += _free(thing, x, y, kerb, rng.uniform(0, 360), taken, thing.footprint)
     for side in (-1, 1):
         things += _row_of_houses(rng, side, side * (road / 2 + pave), kerb)
         curb, wall = side * road / 2, side * (road / 2 + pave)

@@ -36,8 +36,9 @@ def truth_of(
 ) -> list[Annotation]:
     """Return the truth of a scan: a box around the pixels whose points lie in each labelled box.
 
-    `area` is the number of those pixels. ``iscrowd`` is 1 where nothing is asked: other vehicles and riders,
-    objects with fewer than `min_points`, parts without labels and what lies outside the labelled view.
+    An object that is labelled twice counts once. `area` is the number of those pixels. ``iscrowd`` is 1
+    where nothing is asked: other vehicles and riders, objects with fewer than `min_points`, parts without
+    labels and what lies outside the labelled view.
 
     Parameters
     ----------
@@ -60,13 +61,16 @@ def _objects(scan: Scan, labels: Labels3D, min_points: int) -> Iterator[tuple[in
     """Category, box, points and whether to ignore it, of every labelled object with a return."""
     returns = np.flatnonzero(scan.range > 0)
     points = in_world(scan, scan.points().reshape(-1, 3)[returns])
+    known: set[tuple[str, bytes]] = set()
     for box in labels.boxes:
         for category in CATEGORIES:
             counted = box.kind in CLASSES[category.name]
             if not counted and box.kind not in ALIKE[category.name]:
                 continue
             pixels = returns[box.holds(points)]
-            if len(pixels):
+            # Argoverse has objects that two tracks label.
+            if len(pixels) and (box.kind, key := pixels.tobytes()) not in known:
+                known.add((box.kind, key))
                 found = bounding_box(pixels, scan.shape[1], scan.wraps)
                 yield category.id, found, len(pixels), not counted or len(pixels) < min_points
 

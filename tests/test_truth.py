@@ -93,6 +93,11 @@ def test_what_counts_and_what_is_to_be_ignored():
     assert all(entry.iscrowd for entry in few)
 
 
+def test_an_object_labelled_twice_counts_once():
+    twice = Labels3D((box_at(0), box_at(0), box_at(40)))
+    assert len(truth_of(sphere(), twice, IMAGE)) == 2
+
+
 def test_a_box_without_a_return_is_left_out():
     assert truth_of(sphere(range_m=3.0), Labels3D((box_at(0),)), IMAGE) == []
 

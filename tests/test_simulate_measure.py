@@ -28,7 +28,8 @@ def scanned(*things, scanner=LMS, seed=0):
 @pytest.mark.parametrize("name", SCANNERS)
 def test_noise_rounding_and_truth_in_a_room(name):
     scanner = SCANNERS[name]
-    scanner = replace(scanner, noise=scanner.noise._replace(weakest_m=scanner.noise.white_m))
+    noise = scanner.noise._replace(weakest_m=scanner.noise.white_m)
+    scanner = replace(scanner, noise=noise, min_range_m=0.3, shot=None)
     room = Thing("room", box((6, 4, 3), "plaster"))
     scene = Scene((room,), (pose_at(1, 0.5, 1, 90),), "room")
     result = simulated(scene, 0, scanner, 7)
@@ -140,3 +141,32 @@ def test_reflectance_is_whole_numbers_that_fall_with_range_and_incidence_as_the_
     ratio = value[hit] / expected[hit]
     assert np.median(ratio) == pytest.approx(1, abs=0.01)
     assert ratio.std() == pytest.approx(LMS.noise.power * LMS.intensity.exponent, rel=0.1)
+
+
+def test_an_interlaced_fan_on_a_swinging_head_shows_combs_as_the_protocol_times_them():
+    """Odd beams are a mirror turn later than even ones, in which the head has moved on by 0.25 degrees."""
+    swing = SCANNERS["lms200_swing"]
+    seen = scanned(Thing("wall", upright(9, 60, 60)), scanner=swing)
+    assert seen.scan.directions is not swing.shot
+    tilt = np.degrees(np.arctan2(swing.shot[..., 2], swing.shot[..., 0]))[:, 1:-1]
+    reported = np.degrees(np.arctan2(swing.directions[..., 2], swing.directions[..., 0]))[:, 1:-1]
+    late = reported - tilt
+    ahead = 180 - 1  # column 180 is straight ahead, the 180th from the right: even, from the first turn
+    np.testing.assert_allclose(late[:, ahead], 18.75 * 0.01332 * 0.25, atol=1e-3)
+    np.testing.assert_allclose(late[:, ahead + 1], 18.75 * 0.01332 * (1 + 179 / 2 / 360), atol=1e-3)
+
+
+@pytest.mark.parametrize(("name", "shape"), [("spinning64", (64, 2083)), ("spinning128", (128, 1024))])
+def test_spinning_scanners_close_the_turn_and_take_the_strongest(name, shape):
+    scanner = SCANNERS[name]
+    assert scanner.directions.shape == (*shape, 3) and scanner.wraps
+    azimuth = np.arctan2(scanner.directions[0, :, 1], scanner.directions[0, :, 0])
+    assert (np.diff(azimuth) < 0).all() and azimuth[0] > 3.13
+    elevation = scanner.directions[:, 0, 2]
+    assert (np.diff(elevation) < 0).all()
+    # A thin post before a far white wall: whole beams beside it, no pixel between them.
+    post = Thing("post", upright(5, 0.05, 1, Material("dark", 0.05)))
+    seen = scanned(post, Thing("wall", upright(10, 20, 20)), scanner=scanner)
+    x = seen.scan.points()[..., 0]
+    assert not ((x > 6.7) & (x < 9)).any()
+    assert ((x > 4) & (x < 6)).any()

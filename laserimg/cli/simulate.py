@@ -12,7 +12,10 @@ if TYPE_CHECKING:
 def simulate(
     scene: Annotated[str, typer.Argument(help="corridor, office, park, stairwell or street.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder for scans and truth.")],
-    scanner: Annotated[str, typer.Option(help="lms151_turn or lms200_tilt.")] = "lms151_turn",
+    scanner: Annotated[
+        str,
+        typer.Option(help="lms151_turn, lms200_swing, lms200_tilt, spinning64, spinning128, terrestrial."),
+    ] = "lms151_turn",
     count: Annotated[int, typer.Option(min=1, help="Scans to make.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="Another seed makes other scenes.")] = 0,
     jobs: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,

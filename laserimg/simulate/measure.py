@@ -58,7 +58,8 @@ def simulated(scene: Scene, scanner_index: int, scanner: Scanner, seed: int) -> 
     owner = np.repeat(np.arange(len(meshes), dtype=np.int32), [len(mesh.faces) for mesh in meshes])
     pose, shape = scene.scanners[scanner_index], scanner.directions.shape[:2]
     turn = pose[:3, :3].astype(np.float32)
-    along = scanner.directions.reshape(-1, 3) @ turn.T
+    shot = scanner.directions if scanner.shot is None else scanner.shot
+    along = shot.reshape(-1, 3) @ turn.T
     rng = np.random.default_rng(seed)
     middle = echoes_along(caster, pose[:3, 3], along)
     exact, power = _measured(caster, pose[:3, 3], along, middle, scanner, rng)

@@ -4,8 +4,11 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from laserimg.simulate.scanner.model import Scanner
-from laserimg.simulate.scanner.sick import lms151_turn, lms200_tilt
+from laserimg.simulate.scanner.sick import lms151_turn, lms200_swing, lms200_tilt
+from laserimg.simulate.scanner.spinning import spinning64, spinning128
+from laserimg.simulate.scanner.terrestrial import terrestrial
 
 __all__ = ["SCANNERS", "Scanner"]
 
-SCANNERS: Mapping[str, Scanner] = MappingProxyType({s.name: s for s in (lms200_tilt(), lms151_turn())})
+_ALL = (lms200_tilt(), lms200_swing(), lms151_turn(), spinning64(), spinning128(), terrestrial())
+SCANNERS: Mapping[str, Scanner] = MappingProxyType({scanner.name: scanner for scanner in _ALL})

@@ -60,7 +60,7 @@ class Scanner:
     ----------
     name : str
     directions : (H, W, 3) array of float32
-        Unit vectors of the beams.
+        Unit vectors of the beams, as the scanner reports them.
     wraps : bool
         The columns close a full turn.
     step_m : float
@@ -70,6 +70,8 @@ class Scanner:
     receiver : Receiver
     noise : Noise
     intensity : Intensity
+    shot : (H, W, 3) array of float32, optional
+        Where the beams really went, on a head that moved while one angle was taken for a whole row.
     """
 
     name: str
@@ -82,3 +84,4 @@ class Scanner:
     receiver: Receiver
     noise: Noise
     intensity: Intensity
+    shot: Float32Array | None = None

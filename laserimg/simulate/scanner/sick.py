@@ -1,5 +1,7 @@
 """SICK scanners on a moving head, as in the papers."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from laserimg.projection import directions_from_angles
@@ -39,6 +41,26 @@ def lms200_tilt() -> Scanner:
         noise=Noise(white_m=0.0022, weakest_m=0.014, ring_m=0.0024, ring_period_m=0.0084, power=0.05),
         intensity=Intensity(made_up=0.0, exponent=0.5, scale=6000, top=13000),
     )
+
+
+def lms200_swing(head_deg_s: float = 18.75) -> Scanner:
+    """Return the LMS 200 of `lms200_tilt` on a head that swings down without a stop, unaccounted for.
+
+    One tilt is taken for a scan of two mirror turns of 13.32 ms: whole degrees come from the first, half
+    degrees from the second, each angle/360 turns after its start, counted from the right (Telegram
+    Listing 8007954). At 500 kBd a scan takes 26.64 ms, in which a head at 18.75 degrees a second moves by
+    0.5 degrees.
+    """
+    still = lms200_tilt()
+    columns = np.arange(361)
+    from_right = 360 - columns
+    seconds = (from_right % 2 + from_right / 2 / 360) * 0.01332
+    fan, tilt = np.radians(90 - columns / 2), np.radians(np.linspace(67.6, -48.7, 226))
+    late = tilt[:, None] - np.radians(head_deg_s) * seconds
+    beams = np.stack(
+        [np.cos(fan) * np.cos(late), np.sin(fan) + 0 * late, np.cos(fan) * np.sin(late)], axis=-1
+    )
+    return replace(still, name="lms200_swing", shot=beams.astype(np.float32))
 
 
 def lms151_turn() -> Scanner:

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,10 +24,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+import scenes
 from laserimg.clusters import find_clusters
 from laserimg.formats.npz import write_npz
 from laserimg.geometry.floor import Floor, find_floor
-from laserimg.images import IMAGE_KINDS, make_images
+from laserimg.images import IMAGE_KINDS, make_images, write_png
 from laserimg.measure import metric_box
 from laserimg.normals import normals
 from laserimg.rbnn import rbnn
@@ -35,8 +37,11 @@ from laserimg.rules.checks import size_rules
 from laserimg.rules.file import load_rules
 from laserimg.rules.model import Rules
 from laserimg.scan import Scan
+from laserimg.semantic_map import MapModels, SemanticMap, map_scan
+from laserimg.semantic_map.panorama import panorama
+from laserimg.semantic_map.run import write_map
 from rows import TITLES, Row, error, faster, under, within
-from scenes import COLUMNS, ROWS, Truth, panorama, room, scan_of, street
+from scenes import COLUMNS, ROWS, Truth, room, scan_of, street
 
 COMPONENTS = "cv2.connectedComponents"
 SET_SIZE = 100
@@ -172,6 +177,24 @@ def _sklearn_dbscan(points: NDArray) -> Callable[[], object]:
     return lambda: DBSCAN(0.4, min_samples=1).fit(np.unique(np.floor(points / 0.15), axis=0) * 0.15)
 
 
+def map_section() -> Iterator[Row]:
+    """The semantic map of a scan: computed, and with all its files."""
+    street_scan, _ = benchmark_street()
+    speckle = np.random.default_rng(0).uniform(20, 60, street_scan.shape).astype(np.float32)
+    scan, models = replace(street_scan, reflectance=speckle), MapModels.load()
+    clusters = len(map_scan(scan, models).clusters)
+    yield under(f"map of 760x1135, {clusters} clusters", lambda: map_scan(scan, models), None)
+    with TemporaryDirectory() as folder:
+        out = Path(folder)
+
+        def written() -> None:
+            one = map_scan(scan, models)
+            write_png(out / "panorama.png", panorama(one, models.labels))
+            write_map(SemanticMap([one.in_world()], models.labels), out, "street")
+
+        yield under("the same with page, PLY, pictures and JSON", written, 1.0)
+
+
 def jobs_section() -> Iterator[Row]:
     """100 scans with two jobs against one; each run in a fresh process and folder."""
     for shape in ((181, 316), (ROWS, COLUMNS)):
@@ -180,7 +203,7 @@ def jobs_section() -> Iterator[Row]:
 
 def _jobs_row(shape: tuple[int, int]) -> Row:
     with TemporaryDirectory() as folder:
-        scan, _ = scan_of(room(), panorama(*shape))
+        scan, _ = scan_of(room(), scenes.panorama(*shape))
         write_npz(scan, Path(folder) / "scan.npz")
         for number in range(SET_SIZE):
             shutil.copy(Path(folder) / "scan.npz", Path(folder) / f"{number:03}.npz")
@@ -231,6 +254,7 @@ SECTIONS = {
     "normals": normals_section,
     "regions": regions_section,
     "clusters": clusters_section,
+    "map": map_section,
     "jobs": jobs_section,
     "help": help_section,
 }

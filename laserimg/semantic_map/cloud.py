@@ -72,17 +72,17 @@ def cloud_of(scan: Scan, cluster: NDArray[np.int32], shade: NDArray[np.uint8]) -
     cluster : (H, W) array of int32
     shade : (H, W) array of uint8
     """
-    valid = scan.valid
+    pixels = np.flatnonzero(scan.valid)
     _, across, up = sample_pitch(scan, np.ones(scan.shape, np.bool_))
     pitch = np.float32(np.sqrt(np.median(across) * np.median(up)))
-    range_m = scan.range[valid]
-    points = range_m[:, None] * scan.directions[valid]
-    turned = points @ scan.world_from_scan[:3, :3].T
+    range_m = scan.range.ravel()[pixels]
+    points = range_m[:, None] * scan.directions.reshape(-1, 3)[pixels]
+    turn = scan.world_from_scan[:3, :3].T.astype(np.float32)
     return Cloud(
-        turned.astype(np.float32),
+        np.asarray(points @ turn, np.float32),
         scan.world_from_scan[:3, 3].copy(),
-        cluster[valid],
-        shade[valid],
+        cluster.ravel()[pixels],
+        shade.ravel()[pixels],
         range_m * pitch,
     )
 

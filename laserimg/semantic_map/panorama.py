@@ -18,7 +18,8 @@ _NAME_SCALE = 0.42
 def panorama(one: ScanMap, labels: tuple[str, ...], title: str = "") -> Picture:
     """Return the picture (h, w, 3), RGB, of a scan with its classes in colour and a legend.
 
-    Rows above the highest and below the lowest return are cut off; pixels are square.
+    Pixels are square. Rows above the highest return are cut off, and those of the ground at the scanner's
+    foot, below all clusters.
 
     Parameters
     ----------
@@ -28,8 +29,7 @@ def panorama(one: ScanMap, labels: tuple[str, ...], title: str = "") -> Picture:
     title : str
     """
     colours = palette(labels)
-    seen = np.flatnonzero(one.scan.valid.any(axis=1))
-    rows = slice(int(seen[0]), int(seen[-1]) + 1)
+    rows = _rows(one)
     image = _coloured(one, colours)[rows]
     across, up = _scales(one)
     size = round(image.shape[1] * across), max(1, round(image.shape[0] * up))
@@ -43,6 +43,16 @@ def legend_of(clusters: list, colours: dict[str, Colour]) -> list[tuple[str, Col
     count = {label: sum(cluster.label == label for cluster in clusters) for label in colours}
     named = [(f"{label} ({count[label]})", colours[label]) for label in colours if count[label]]
     return [*named, (GROUND, colours[GROUND]), (LOOSE, colours[LOOSE])]
+
+
+def _rows(one: ScanMap) -> slice:
+    """Return the rows to show."""
+    seen = np.flatnonzero(one.scan.valid.any(axis=1))
+    lowest = np.flatnonzero((one.segments.labels > 0).any(axis=1))
+    end = int(seen[-1]) + 1
+    if len(lowest):
+        end = min(end, int(lowest[-1]) + 1 + one.scan.shape[0] // 20)
+    return slice(int(seen[0]), end)
 
 
 def _coloured(one: ScanMap, colours: dict[str, Colour]) -> Picture:

@@ -8,16 +8,13 @@ from numpy.typing import NDArray
 
 from laserimg.classify.recipe import SIZE_WEIGHT, Recipe, descriptors, size_numbers
 from laserimg.classify.views import ObjectImages, crop_of_pixels
-from laserimg.clusters import LINK
+from laserimg.clusters import LINK, linked
 from laserimg.ground import Ground, ground_of_scan
-from laserimg.rbnn import rbnn_of_scan
 from laserimg.regions import Partition, Region, regions_of
 from laserimg.scan import Float32Array, Scan
 
 # Clusters of fewer returns are crumbs: on simulated streets they are one in three, and 1 % of the returns.
 MIN_POINTS = 30
-# Returns compared reach two rows and columns far, over single rays without a return.
-REACH = (2, 2)
 
 _MAX_SIZED = 4000
 # Images described at a time: 64 of them stay in the processor's cache.
@@ -46,6 +43,10 @@ class Segments:
 def segments_of(scan: Scan, ratio: float = LINK) -> Segments:
     """Take the ground out of a scan and cut the rest into clusters (paper 1, section 4.1).
 
+    Clusters are radially bounded nearest neighbours on the lattice, as `laserimg.clusters` finds them: over
+    gaps of several pixels, with mixed pixels at the range of the edge they lie on. On simulated streets they
+    are those of `rbnn_of_scan` with a reach of 2 rows and columns, in a tenth of the time.
+
     Parameters
     ----------
     scan : Scan
@@ -54,8 +55,11 @@ def segments_of(scan: Scan, ratio: float = LINK) -> Segments:
     """
     ground = ground_of_scan(scan)
     above = scan.valid if ground is None else scan.valid & ~ground.mask
-    labels = rbnn_of_scan(scan, above, ratio, MIN_POINTS, REACH)
-    return Segments(ground, labels, regions_of(Partition(labels, scan.range, above), scan.wraps))
+    labels, range_m = linked(scan.range, scan.directions, above, scan.wraps, ratio)
+    large = np.bincount(labels.ravel()) >= MIN_POINTS
+    large[0] = False
+    labels = (np.cumsum(large, dtype=np.int32) * large)[labels]
+    return Segments(ground, labels, regions_of(Partition(labels, range_m, above), scan.wraps))
 
 
 def described_clusters(scan: Scan, clusters: Sequence[Region], recipe: Recipe) -> Float32Array:

@@ -13,7 +13,7 @@ const hidden = new Set();
 // ---- camera -------------------------------------------------------------------------------------------------
 const FOV = 0.85;
 const camera = { target: [0, 0, 0], distance: 50, yaw: -2.2, pitch: 0.6 };
-function home() { Object.assign(camera, { target: map.middle.slice(), distance: map.radius * 1.75, pitch: 0.62 }); }
+function home() { Object.assign(camera, { target: map.middle.slice(), distance: map.radius * 1.6, pitch: 0.8 }); }
 function eye() {
   const { target: t, distance: r, yaw, pitch } = camera;
   return [t[0] + r * Math.cos(pitch) * Math.cos(yaw), t[1] + r * Math.cos(pitch) * Math.sin(yaw),

@@ -83,12 +83,13 @@ def test_the_colours_are_those_of_the_paper():
 
 
 def test_the_demo_street_has_its_cars_and_houses(mapped):
-    by_class = {label: [c for c in mapped.clusters if c.label == label] for label in ("car", "building")}
-    cars = [car.size for car in by_class["car"] if car.points > 1000]
-    assert len(cars) == 2
-    for car in cars:
-        assert 3.5 < car.length < 5 and 1.2 < car.height < 1.8 and car.height_above_floor == 0
-    assert len(by_class["building"]) >= 4
+    """Two cars of 4.2 m; what is longer than 6 m is a house."""
+    long = [c for c in mapped.clusters if c.points > 1000 and c.size.height_above_floor == 0]
+    cars = [c for c in long if 3.5 < c.size.length < 5 and c.size.height < 1.8]
+    houses = [c for c in long if c.size.length > 6]
+    assert len(cars) == 2 and len(houses) >= 4
+    assert {c.label for c in cars} == {"car"} and {c.label for c in houses} == {"building"}
+    assert min(c.confidence for c in cars + houses) > 0.5
 
 
 def test_every_pixel_is_ground_or_cluster_or_loose(mapped):

@@ -136,7 +136,7 @@ def test_reflectance_is_whole_numbers_that_fall_with_range_and_incidence_as_the_
     value, cosine = seen.scan.reflectance, seen.scan.directions[..., 0]
     hit = (seen.scan.range > 0) & (cosine > 0.3)
     assert (value == value.round()).all() and value.max() <= LMS.intensity.top
-    power = 0.75 * cosine**3 / 4**2
+    power = 0.8 * cosine**3 / 4**2
     expected = LMS.intensity.scale * power**LMS.intensity.exponent
     ratio = value[hit] / expected[hit]
     assert np.median(ratio) == pytest.approx(1, abs=0.01)

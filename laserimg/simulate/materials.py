@@ -9,8 +9,13 @@ from types import MappingProxyType
 class Material:
     """What a surface does to an infrared pulse.
 
-    The values of `MATERIALS` are rounded assumptions of ours for 905 nm, not measurements; makers
-    of objects vary them.
+    Reflectances of `MATERIALS` are rounded, for 905 nm, and makers of objects vary them. From SICK's
+    table of remissions (LD-LRS, Operating Instructions 8016506, table 3: rubber 0.02, black board 0.10,
+    grey cardboard 0.20, wood 0.40, grey PVC 0.50, white paper 0.80, white plaster 1.00): rubber, paint,
+    wood, plastic, paper, plaster. From spectra at 0.9 micrometres of the ASTER library (Baldridge et al.
+    2009, doi:10.1016/j.rse.2008.11.007: asphaltic concrete 0.28, rye grass 0.51, deciduous leaves 0.55):
+    asphalt, which cars darken, grass, leaves. A pane reflects 0.04 a face (Fresnel, index 1.5). The rest
+    are our assumptions.
 
     Parameters
     ----------
@@ -32,7 +37,7 @@ class Material:
 _ALL = (
     Material("paint_white", 0.85),
     Material("paint_dark", 0.15),
-    Material("wood", 0.55),
+    Material("wood", 0.5),
     Material("metal_bare", 0.35, 0.5),
     Material("metal_painted", 0.5, 0.1),
     Material("chrome", 0.03, 0.85),
@@ -41,13 +46,13 @@ _ALL = (
     Material("fabric_light", 0.6),
     Material("fabric_dark", 0.2),
     Material("glass", 0.002, 0.04, 0.92),
-    Material("rubber", 0.05),
-    Material("asphalt", 0.17),
+    Material("rubber", 0.03),
+    Material("asphalt", 0.2),
     Material("concrete", 0.4),
     Material("brick", 0.4),
-    Material("plaster", 0.75),
+    Material("plaster", 0.8),
     Material("grass", 0.5),
-    Material("leaves", 0.5, 0.0, 0.0),
+    Material("leaves", 0.5),
     Material("bark", 0.3),
     Material("soil", 0.2),
     Material("skin", 0.55),

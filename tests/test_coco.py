@@ -312,7 +312,8 @@ def test_keys_of_other_tools_are_passed_over(tmp_path):
     extra = entry(segmentation=[[1, 2]], attributes={"occluded": False}, area=5.5)
     path.write_text(json.dumps(document(extra, licenses=[], info={"year": 2026})))
     read = read_coco(path)
-    assert read.annotations == (Annotation(7, 1, 1, (1.0, 2.0, 3.0, 4.0), area=5.5),)
+    kept = Annotation(7, 1, 1, (1.0, 2.0, 3.0, 4.0), area=5.5, segmentation=[[1, 2]])
+    assert read.annotations == (kept,)
     assert read.info == {"year": 2026}
 
 

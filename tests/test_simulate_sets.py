@@ -1,12 +1,16 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from command import laserimg
 from laserimg.formats.coco_file import read_coco
+from laserimg.formats.masks import mask_of
 from laserimg.readers import open_scans
-from laserimg.simulate.labels import thing_size, truth_boxes
-from laserimg.simulate.measure import simulated
-from laserimg.simulate.mesh import box
+from laserimg.simulate.labels import pixels_alone, thing_size, truth_boxes
+from laserimg.simulate.materials import Material
+from laserimg.simulate.measure import simulated, staged
+from laserimg.simulate.mesh import box, pose_at
 from laserimg.simulate.scanner import SCANNERS
 from laserimg.simulate.things import Scene, Thing
 
@@ -22,7 +26,7 @@ def one_box():
 
 def test_a_box_is_around_what_is_seen_and_measures_the_whole():
     scene = one_box()
-    (found,) = truth_boxes(scene, simulated(scene, 0, LMS, 0), {"crate": 4}, image_id=2, first_id=7)
+    (found,) = truth_boxes(scene, simulated(scene, 0, LMS, 0), LMS, {"crate": 4}, image_id=2, first_id=7)
     x, y, w, h = found.bbox
     # 0.4 m wide and 0.8 m high at 2.7 m, in steps of 0.5 and 116.3 / 225 degrees.
     assert w == pytest.approx(2 * np.degrees(np.arctan(0.2 / 2.7)) / 0.5, abs=1.1)
@@ -35,11 +39,44 @@ def test_a_box_is_around_what_is_seen_and_measures_the_whole():
     assert (found.id, found.image_id, found.category_id) == (7, 2, 4)
 
 
+def test_visibility_is_the_share_that_others_leave_and_the_mask_is_what_is_seen():
+    crate, wall = one_box().things
+    screen = Thing("screen", box((0.1, 2, 4), "wood")).at(1.5, 1, -2)
+    for things, share in (((crate, wall), 1), ((crate, wall, screen), 0.5)):
+        scene = Scene(things, (np.eye(4),), "box")
+        seen = simulated(scene, 0, LMS, 0)
+        (found,) = truth_boxes(scene, seen, LMS, {"crate": 4}, 1, 1)
+        assert found.visibility == pytest.approx(share, abs=0.03)
+        mask = mask_of(found.segmentation)
+        np.testing.assert_array_equal(mask, (seen.thing == 0) & (seen.scan.range > 0))
+        assert found.area == mask.sum()
+
+
+def test_what_is_too_dark_to_be_seen_counts_for_no_visibility():
+    """Behind the reach even a thing that stands alone shows nothing: visibility compares like with like."""
+    crate = box((0.6, 0.4, 0.8), Material("half", 0.5))
+    near, far = (pixels_alone(crate.at(x, 0, -0.4), LMS, np.eye(4)) for x in (3, 23))
+    assert near > 500 and far == 0
+    seen = simulated(Scene((Thing("crate", crate.at(3, 0, -0.4)),), (np.eye(4),), "box"), 0, LMS, 0)
+    assert pixels_alone(crate.at(3, 0, -0.4), LMS, np.eye(4)) == pytest.approx(
+        (seen.scan.range > 0).sum(), rel=0.03
+    )
+
+
+def test_scans_from_one_stage_are_the_same_as_from_their_own():
+    scene = replace(one_box(), scanners=(np.eye(4), pose_at(1, 1, 0, -20)))
+    stage = staged(scene)
+    for place in (0, 1):
+        np.testing.assert_array_equal(
+            simulated(scene, place, LMS, 0, stage).scan.range, simulated(scene, place, LMS, 0).scan.range
+        )
+
+
 def test_things_that_few_pixels_show_or_without_a_class_have_no_box():
     scene = one_box()
-    assert truth_boxes(scene, simulated(scene, 0, LMS, 0), {"car": 1}, 1, 1) == []
+    assert truth_boxes(scene, simulated(scene, 0, LMS, 0), LMS, {"car": 1}, 1, 1) == []
     far = Scene((scene.things[0].at(15, 0), scene.things[1].at(5, 0)), scene.scanners, "far")
-    assert truth_boxes(far, simulated(far, 0, LMS, 0), {"crate": 1}, 1, 1) == []
+    assert truth_boxes(far, simulated(far, 0, LMS, 0), LMS, {"crate": 1}, 1, 1) == []
 
 
 def test_width_is_across_the_line_of_sight():
@@ -63,6 +100,11 @@ def test_a_set_depends_on_seed_and_number_alone_and_grows(tmp_path):
     assert {"car", "person", "building"} <= {truth.labels[box.category_id] for box in truth.annotations}
     for scan in open_scans(tmp_path / "a"):
         assert truth.annotations_of(scan)
+    for found in truth.annotations:
+        mask = mask_of(found.segmentation)
+        assert mask.sum() == found.area and 0 < found.visibility <= 1
+        rows = np.flatnonzero(mask.any(axis=1))
+        assert (found.bbox[1], found.bbox[3]) == (rows[0], rows[-1] + 1 - rows[0])
 
 
 def test_unknown_names_are_usage_errors(tmp_path):

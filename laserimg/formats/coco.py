@@ -137,6 +137,10 @@ class Annotation:
     size : Size or None
     position : Position or None
         None when the candidate has no return.
+    visibility : float or None
+        Pixels that show the thing, as a share of those that would if it stood alone.
+    segmentation : mapping or sequence, optional
+        The mask, as COCO has it: run lengths (`laserimg.formats.masks`) or polygons, passed on unread.
     """
 
     __pydantic_config__ = READING
@@ -154,6 +158,8 @@ class Annotation:
     checks: tuple[CheckRecord, ...] = ()
     size: Size | None = None
     position: Position | None = None
+    visibility: float | None = None
+    segmentation: Any = None
 
     def __post_init__(self) -> None:
         if self.area is None:

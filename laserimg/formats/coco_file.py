@@ -20,7 +20,18 @@ MAX_BYTES = 1 << 30
 # Micrometres, and millionths of a pixel.
 DECIMALS = 6
 # What an annotation that nobody has judged has beside its box.
-_TRUTH_KEYS = ("id", "image_id", "category_id", "bbox", "area", "iscrowd", "score", "size")
+_TRUTH_KEYS = (
+    "id",
+    "image_id",
+    "category_id",
+    "bbox",
+    "area",
+    "iscrowd",
+    "score",
+    "size",
+    "visibility",
+    "segmentation",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +83,7 @@ def coco_text(coco: CocoFile) -> str:
     """Return a COCO file as JSON.
 
     Numbers are rounded to 6 decimals; what is None is left out; a judged annotation has all that
-    is known of it, one of truth its box and size.
+    is known of it, one of truth its box, size, mask and visibility.
 
     Raises
     ------

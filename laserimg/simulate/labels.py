@@ -5,13 +5,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.formats.coco import Annotation, Size
+from laserimg.formats.masks import run_lengths
 from laserimg.regions import MIN_PIXELS, bounding_box
+from laserimg.scan import Float32Array
+from laserimg.simulate.cast import Caster
+from laserimg.simulate.echoes import echoes_along
 from laserimg.simulate.measure import Simulated
+from laserimg.simulate.mesh import Mesh
+from laserimg.simulate.scanner import Scanner
 from laserimg.simulate.things import Scene
 
 
 def truth_boxes(
-    scene: Scene, seen: Simulated, categories: dict[str, int], image_id: int, first_id: int
+    scene: Scene,
+    seen: Simulated,
+    scanner: Scanner,
+    categories: dict[str, int],
+    image_id: int,
+    first_id: int,
 ) -> list[Annotation]:
     """Return a box around the returns of every labelled thing that more than 15 pixels show.
 
@@ -19,6 +30,8 @@ def truth_boxes(
     ----------
     scene : Scene
     seen : Simulated
+    scanner : Scanner
+        That the scene was seen by.
     categories : dict of str to int
         Ids of the classes to label; things of other classes get no box.
     image_id, first_id : int
@@ -27,10 +40,11 @@ def truth_boxes(
     Returns
     -------
     list of Annotation
-        `area` is the number of pixels; `size` that of the whole thing, also of its hidden parts.
+        `area` is the number of pixels, `segmentation` those pixels; `size` that of the whole thing,
+        also of its hidden parts; `visibility` as `pixels_alone` has it.
     """
-    width, found = seen.scan.shape[1], []
-    owner = np.where(seen.scan.range > 0, seen.thing, -1).ravel()
+    (height, width), found = seen.scan.shape, []
+    owner, pose = np.where(seen.scan.range > 0, seen.thing, -1).ravel(), seen.scan.world_from_scan
     for number, thing in enumerate(scene.things):
         pixels = np.flatnonzero(owner == number) if thing.label in categories else np.empty(0, np.intp)
         if len(pixels) < MIN_PIXELS:
@@ -43,9 +57,37 @@ def truth_boxes(
                 bounding_box(pixels, width, seen.scan.wraps),
                 area=float(len(pixels)),
                 size=thing_size(thing.mesh.vertices, seen.scan.world_from_scan[:2, 3]),
+                visibility=min(1.0, len(pixels) / max(pixels_alone(thing.mesh, scanner, pose), 1)),
+                segmentation=run_lengths((owner == number).reshape(height, width)),
             )
         )
     return found
+
+
+def pixels_alone(mesh: Mesh, scanner: Scanner, world_from_scan: NDArray[np.float64]) -> int:
+    """Return how many pixels would show a thing that stood alone: thin beams, and no noise.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        In the world.
+    scanner : Scanner
+    world_from_scan : (4, 4) array
+    """
+    own = mesh.moved(np.linalg.inv(world_from_scan))
+    echoes = echoes_along(Caster(own), np.zeros(3), _towards(scanner.beams.reshape(-1, 3), own.vertices))
+    within = (echoes.distance >= scanner.min_range_m) & (echoes.distance <= scanner.max_range_m)
+    return len(np.unique(echoes.ray[within & (echoes.power >= scanner.receiver.weakest)]))
+
+
+def _towards(rays: Float32Array, corners: NDArray[np.float64]) -> Float32Array:
+    """The rays from the origin within the cone around the corners of something."""
+    towards = corners / np.maximum(np.linalg.norm(corners, axis=1, keepdims=True), 1e-9)
+    axis = towards.mean(axis=0)
+    axis /= max(float(np.linalg.norm(axis)), 1e-9)
+    narrowest = float((towards @ axis).min())
+    # A cone wider than 90 degrees is not convex: faces between its corners may bulge out of it.
+    return rays[rays @ axis.astype(np.float32) >= narrowest - 1e-4] if narrowest > 0 else rays
 
 
 def thing_size(vertices: NDArray[np.float64], scanner_xy: NDArray[np.float64]) -> Size:

@@ -40,11 +40,52 @@ class Simulated:
     truth_normals: Float32Array
 
 
-def simulated(scene: Scene, scanner_index: int, scanner: Scanner, seed: int) -> Simulated:
+@dataclass(frozen=True, eq=False, slots=True)
+class Stage:
+    """A scene ready to be scanned from all its places.
+
+    Parameters
+    ----------
+    caster : Caster
+        Of all things together.
+    owner : (m,) array of int32
+        Index of the thing that each face belongs to.
+    """
+
+    caster: Caster
+    owner: NDArray[np.int32]
+
+
+def staged(scene: Scene) -> Stage:
+    """Return the stage of a scene.
+
+    Raises
+    ------
+    MissingExtraError
+        Without Embree.
+    """
+    meshes = [thing.mesh for thing in scene.things]
+    owner = np.repeat(np.arange(len(meshes), dtype=np.int32), [len(mesh.faces) for mesh in meshes])
+    return Stage(Caster(joined(meshes)), owner)
+
+
+def simulated(
+    scene: Scene, scanner_index: int, scanner: Scanner, seed: int, stage: Stage | None = None
+) -> Simulated:
     """Return a scan from one of the scene's places.
 
     Thin rays find where edges are; there each beam is seven rays, whose echoes run into pulses as in
     the scanner's receiver: mixed pixels. Too weak pulses are no return.
+
+    Parameters
+    ----------
+    scene : Scene
+    scanner_index : int
+        Of the scene's places.
+    scanner : Scanner
+    seed : int
+    stage : Stage, optional
+        Of the scene, by `staged`, when it is scanned several times.
 
     Raises
     ------
@@ -53,13 +94,11 @@ def simulated(scene: Scene, scanner_index: int, scanner: Scanner, seed: int) -> 
     ScanError
         If no beam has a return.
     """
-    meshes = [thing.mesh for thing in scene.things]
-    caster = Caster(joined(meshes))
-    owner = np.repeat(np.arange(len(meshes), dtype=np.int32), [len(mesh.faces) for mesh in meshes])
+    stage = stage or staged(scene)
+    caster, owner = stage.caster, stage.owner
     pose, shape = scene.scanners[scanner_index], scanner.directions.shape[:2]
     turn = pose[:3, :3].astype(np.float32)
-    shot = scanner.directions if scanner.shot is None else scanner.shot
-    along = shot.reshape(-1, 3) @ turn.T
+    along = scanner.beams.reshape(-1, 3) @ turn.T
     rng = np.random.default_rng(seed)
     middle = echoes_along(caster, pose[:3, 3], along)
     exact, power = _measured(caster, pose[:3, 3], along, middle, scanner, rng)

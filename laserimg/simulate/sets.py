@@ -82,9 +82,10 @@ def make_scans(plan: SetPlan, count: int, jobs: int = 1) -> Iterator[int]:
 
 def _make_scan(plan: SetPlan, number: int) -> int:
     scene = SCENES[plan.scene](np.random.default_rng([plan.seed, number]), plan.extras)
-    seen = simulated(scene, 0, SCANNERS[plan.scanner], seed=plan.seed * 1_000_003 + number)
+    scanner = SCANNERS[plan.scanner]
+    seen = simulated(scene, 0, scanner, seed=plan.seed * 1_000_003 + number)
     height, width = seen.scan.shape
-    boxes = truth_boxes(scene, seen, plan.categories, image_id=1, first_id=1)
+    boxes = truth_boxes(scene, seen, scanner, plan.categories, image_id=1, first_id=1)
     image = CocoImage(1, plan.name(number), width, height)
     write_npz(seen.scan, plan.out / plan.name(number))
     write_coco(plan.truth(number), CocoFile((image,), _categories(plan), tuple(boxes)))
@@ -111,6 +112,8 @@ def write_truth(plan: SetPlan, count: int) -> CocoFile:
                 box.bbox,
                 area=box.area,
                 size=box.size,
+                visibility=box.visibility,
+                segmentation=box.segmentation,
             )
             for place, box in enumerate(one.annotations, 1)
         ]

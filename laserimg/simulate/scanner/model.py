@@ -85,3 +85,8 @@ class Scanner:
     noise: Noise
     intensity: Intensity
     shot: Float32Array | None = None
+
+    @property
+    def beams(self) -> Float32Array:
+        """(H, W, 3) unit vectors of where the beams went."""
+        return self.directions if self.shot is None else self.shot

@@ -19,6 +19,7 @@ from laserimg.scan import Scan
 from laserimg.semantic_map import MapModels, SemanticMap, map_scan
 from laserimg.semantic_map.cloud import even_reflectance
 from laserimg.semantic_map.colours import COLOURS, palette
+from laserimg.semantic_map.fusing import class_of, fused
 from laserimg.semantic_map.page import pack, page, thinned
 from laserimg.semantic_map.panorama import panorama
 from laserimg.semantic_map.reasons import parts_of
@@ -162,17 +163,22 @@ def test_the_ply_has_the_colours_of_the_classes(out):
 
 
 def test_the_panorama_shows_classes_where_they_are(mapped, models):
+    """The demo street is 1000 columns wide and drawn as two strips, one above the other."""
     picture = panorama(mapped, models.labels, "demo").astype(int)
     height, width = mapped.scan.shape
-    car = max((c for c in mapped.clusters if c.label == "car"), key=lambda c: c.points)
-    pixels = mapped.segments.clusters[mapped.clusters.index(car)].pixels
+    scale = 2 * picture.shape[1] / width
     top = np.flatnonzero(mapped.scan.valid.any(axis=1))[0]
-    row, column = pixels[len(pixels) // 2] // width, pixels[len(pixels) // 2] % width
-    scale = picture.shape[1] / width
-    red, green, blue = picture[round((row - top + 0.5) * scale), round((column + 0.5) * scale)]
-    assert red > 120 and green > 100 and blue < 40
     lowest = np.flatnonzero((mapped.segments.labels > 0).any(axis=1))[-1]
-    assert (lowest - top) * scale < picture.shape[0] < (height - top) * scale + 40
+    strip = (lowest + 1 + height // 20 - top) * scale
+    assert 2 * strip < picture.shape[0] < 2 * strip + 100
+    for cluster, region in zip(mapped.clusters, mapped.segments.clusters, strict=True):
+        if cluster.label != "car" or cluster.points < 1000:
+            continue
+        row, column = np.divmod(region.pixels[len(region.pixels) * 2 // 3], width)
+        second, x = divmod((column + 0.5) * scale, picture.shape[1])
+        y = (row - top + 0.5) * scale + second * (strip + 3)
+        red, green, blue = picture[int(y), int(x)]
+        assert red > 120 and green > 100 and blue < 40
 
 
 def test_the_top_view_has_north_up_and_a_true_scale(tmp_path, models):
@@ -305,3 +311,48 @@ def test_shipped_models_are_small_and_of_the_paper(models, street):
 
         assert (shipped_folder() / name).stat().st_size < 2_000_000
     assert {"building", "car", "person", "tree", "pole"} <= set(models.labels)
+
+
+def test_an_object_seen_from_two_places_is_one(models):
+    """Two posts, each seen from two sides."""
+    scans = [posts(x) for x in (-4.0, 4.0)]
+    whole = SemanticMap(fused([map_scan(scan, models).in_world() for scan in scans]), models.labels)
+    assert [len(one.clusters) for one in whole.scans] == [2, 2]
+    numbers = [cluster.number for cluster in whole.clusters]
+    places = [cluster.position[1] for cluster in whole.clusters]
+    assert len(set(numbers)) == 2
+    for number in set(numbers):
+        own = [place for place, each in zip(places, numbers, strict=True) if each == number]
+        assert len(own) == 2 and abs(own[0] - own[1]) < 0.5
+    text = page(whole, whole.cloud(), "posts")
+    assert text.count("in 2 clusters") == 4
+    (facts,) = re.findall(r'id="map">(.*?)</script>', text, re.DOTALL)
+    assert len(json.loads(facts)["named"]) == 2
+
+
+def test_the_class_of_an_object_is_that_of_its_surest_views(mapped):
+    car = next(c for c in mapped.clusters if c.label == "car")
+    views = [("car", 0.9), ("tree", 0.6), ("unknown", 0.4), ("tree", 0.2)]
+    members = [replace(car, label=label, confidence=confidence) for label, confidence in views]
+    assert class_of(members) == ("car", pytest.approx(0.3))
+    assert class_of(members[2:3]) == ("unknown", 0.4)
+
+
+def posts(x: float) -> Scan:
+    """Two posts of 1 m width at x = 0, y = -3 and 3, on flat ground, from 1.5 m above it at (x, 0)."""
+    azimuth, elevation = np.radians(np.arange(179.75, -180, -0.5)), np.radians(np.arange(20, -40, -0.5))
+    east, north = np.cos(azimuth), np.sin(azimuth)
+    flat = np.full(len(azimuth), 1e6)
+    for y in (-3.0, 3.0):
+        along = -x * east + y * north
+        apart2 = x**2 + y**2 - along**2
+        hit = (along > 0) & (apart2 < 0.25)
+        flat[hit] = np.minimum(flat[hit], (along - np.sqrt(np.maximum(0.25 - apart2, 0)))[hit])
+    wall = flat[None] / np.cos(elevation)[:, None]
+    wall[np.sin(elevation)[:, None] * wall > 1.0] = 1e6
+    ground = np.where(elevation < -0.02, 1.5 / np.maximum(-np.sin(elevation), 0.01), np.inf)[:, None]
+    range_m = np.minimum(wall, ground)
+    range_m[range_m > 40] = 0
+    pose = np.eye(4)
+    pose[0, 3] = x
+    return Scan.from_range_image(range_m, azimuth, elevation, wraps=True, world_from_scan=pose)

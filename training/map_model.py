@@ -3,12 +3,12 @@
     python training/map_model.py                        # writes cascades/map.npz and map_range.npz
     python training/map_model.py --scenes 20 -o /tmp    # a quick look
 
-Scenes are streets and parks seen by a turning LMS 151 of 760 x 1135 rays. Each is described as it is, and
-three times as a coarser scanner might have seen it: fewer rows and columns, some of the elevations, more
-noise, lost returns. Ground removal and segmentation are those of the map. A cluster has the class that
-holds at least 85 % of its returns; where none holds 70 %, it is "undersegmented": there are few of these,
-so scans are also segmented with 2 and 4 times the radius.
-`map_range.npz` is for scans without reflectance. Needs the extra `simulate`; seeds are fixed.
+Scenes are streets, parks and groves, each seen by a turning LMS 151 of 760 x 1135 rays, by spinning
+scanners of 64 and 128 rows, and by a terrestrial scanner of which a part is taken: fewer rows and columns,
+a narrower view. Ground removal and segmentation are those of the map. A cluster has the class that holds at
+least 85 % of its returns; where none holds 70 %, it is "undersegmented": there are few of these, so scans
+are also segmented with 2 and 4 times the radius. `map_range.npz` is for scans without reflectance. Needs
+the extra `simulate`; seeds are fixed.
 """
 
 import argparse
@@ -29,6 +29,7 @@ from laserimg.semantic_map.segments import described_clusters, segments_of
 from laserimg.simulate.measure import simulated
 from laserimg.simulate.scanner import SCANNERS
 from laserimg.simulate.scenes import SCENES
+from laserimg.simulate.things import Scene
 from laserimg.workers import unordered
 
 SEED = 151
@@ -39,15 +40,18 @@ MODELS = {
 }
 # Radii, in times the usual, at which a scene is cut to find clusters of several objects.
 WIDE = (2, 4)
-# How often a scene is described as it is, and as a coarser scanner sees it.
-TRAINED, FINE, COARSE = (1, 3), (1, 0), (0, 1)
+KINDS = ("street", "street", "park", "street", "street", "grove")
+# Scanners that see every scene; of those in PARTS, parts are taken.
+SEEN_BY = ("lms151_turn", "spinning64", "spinning128", "terrestrial")
+PARTS = ("spinning64", "terrestrial")
 PURE, MIXED = 0.85, 0.70
 MIX, MIX_M = "mix", 0.2
 UNDERSEGMENTED = "undersegmented"
 CLASS_OF = {"window": "building", "door": "building", "hedge": "tree"}
 # Things that are none of the paper's classes are neither trained nor counted.
 CLASSES = ("building", "car", "person", "pole", "tree")
-MOST_OF_A_CLASS, MOST_OF_A_SCENE = 1000, 30
+# Of one class and scanner.
+MOST_OF_A_CLASS, MOST_OF_A_SCENE = 300, 20
 # Decision values closer than this are "unknown".
 MARGIN = 0.15
 
@@ -60,38 +64,51 @@ class Described(NamedTuple):
     points: NDArray
 
 
-def clusters_of_scene(seed: int, own: int, coarse: int, number: int) -> Described:
-    """Simulate a scene and describe its clusters, `own` times as it is and `coarse` times coarser."""
+def clusters_of_scene(seed: int, number: int) -> dict[str, Described]:
+    """Simulate a scene and describe its clusters as each scanner shows them."""
     random = np.random.default_rng([seed, number])
-    scene = SCENES[("street", "park")[number % 3 == 2]](random)
-    seen = simulated(scene, 0, SCANNERS["lms151_turn"], seed=seed * 1_000_003 + number)
-    names = np.array([CLASS_OF.get(thing.kind, thing.label) for thing in scene.things] + [MIX])[seen.thing]
-    # The truth is that of the middle of a beam; the return may be from its edge, or from between surfaces.
-    names = np.where(np.abs(seen.scan.range - seen.truth_range) < MIX_M, names, MIX)
-    looks = [(seen.scan, names)] * own + [coarser(seen.scan, names, random) for _ in range(coarse)]
-    found = [_described(scan, named, 1) for scan, named in looks]
-    return joined([*found, *(_described(*looks[-1], times) for times in WIDE)])
+    scene = {**SCENES, "grove": grove}[KINDS[number % len(KINDS)]](random)
+    labels = np.array([CLASS_OF.get(thing.kind, thing.label) for thing in scene.things] + [MIX])
+    found = {}
+    for name in SEEN_BY:
+        seen = simulated(scene, 0, SCANNERS[name], seed=seed * 1_000_003 + number)
+        # The truth is that of the middle of a beam; a return may be from its edge, or from between surfaces.
+        sure = np.abs(seen.scan.range - seen.truth_range) < MIX_M
+        look = seen.scan, np.where(sure, labels[seen.thing], MIX)
+        looks = [look] * (name != "terrestrial") + [part_of(*look, random)] * (name in PARTS)
+        parts = [_described(scan, named, times) for scan, named in looks for times in (1, *WIDE)]
+        found[name] = _capped(joined(parts), MOST_OF_A_SCENE)
+    return found
 
 
-def coarser(scan: Scan, names: NDArray, random: np.random.Generator) -> tuple[Scan, NDArray]:
-    """Return a scan as another scanner might give it: every n-th row and column, a band of elevations.
+def grove(random: np.random.Generator) -> Scene:
+    """Return a park with the trees and hedges of three more, which grow into each other."""
+    scene, *others = (SCENES["park"](random) for _ in range(4))
+    green = [thing for other in others for thing in other.things if thing.kind in ("tree", "hedge")]
+    free = [thing for thing in green if np.hypot(*thing.mesh.vertices[:, :2].T).min() > 1.5]
+    return Scene((*scene.things, *free), scene.scanners, "grove")
 
-    Noise of up to 3 cm, up to 15 % of the returns lost, and in one of two a reflectance that is corrected
-    for the range, as many scanners give it.
+
+def part_of(scan: Scan, names: NDArray, random: np.random.Generator) -> tuple[Scan, NDArray]:
+    """Return a scan as a coarser scanner with another field of view might give it.
+
+    Every n-th row and column of what is left, up to 10 % of the returns lost, and in one of two a
+    reflectance with another trend over range.
     """
-    across, up = int(random.integers(1, 3)), int(random.integers(1, 5))
-    elevation = np.degrees(np.arcsin(scan.directions[:, 0, 2]))
-    low, high = random.choice([(-25, 3), (-24, 15), (-30, 30), (-90, 90)])
-    rows = np.flatnonzero((elevation >= low) & (elevation <= high))[int(random.integers(up)) :: up]
-    part = rows[:, None], np.arange(int(random.integers(across)), scan.shape[1], across)
-    kept = random.random(scan.range[part].shape) >= random.uniform(0, 0.15)
-    noise = random.normal(0, random.uniform(0, 0.03), kept.shape)
-    range_m = np.maximum(scan.range[part] + noise, 0.1) * (kept & (scan.range[part] > 0))
+    height, width = scan.shape
+    up, across = (
+        int(random.integers(1, max(3, size // least))) for size, least in ((height, 90), (width, 400))
+    )
+    rows, columns = np.arange(int(random.integers(up)), height, up), np.arange(0, width, across)
+    wraps = scan.wraps and random.random() < 0.5
+    if not wraps:
+        columns = columns[: int(len(columns) * random.uniform(0.15, 0.4))]
+    part = rows[:, None], columns
+    range_m = scan.range[part] * (random.random((len(rows), len(columns))) >= random.uniform(0, 0.1))
     values = scan.reflectance[part]
     if random.random() < 0.5:
-        values = values * range_m**2
-    pose = scan.world_from_scan
-    return Scan(range_m, scan.directions[part], values, pose, scan.wraps), names[part]
+        values = values * np.maximum(range_m, 1) ** np.float32(random.choice([-2, 2]))
+    return Scan(range_m, scan.directions[part], values, scan.world_from_scan, wraps), names[part]
 
 
 def _described(scan: Scan, names: NDArray, times: int) -> Described:
@@ -125,17 +142,17 @@ def joined(parts: list[Described]) -> Described:
     )
 
 
-def gathered(seed: int, scenes: int, looks: tuple[int, int], jobs: int) -> Described:
-    """Return the clusters of many scenes, in the same order whatever the jobs."""
-    found = dict(unordered(partial(_numbered, seed, looks), range(scenes), jobs, _died))
-    return joined([found[number] for number in range(scenes)])
+def gathered(seed: int, scenes: int, jobs: int) -> dict[str, Described]:
+    """Return the clusters of many scenes as each scanner shows them, in the same order whatever the jobs."""
+    found = dict(unordered(partial(_numbered, seed), range(scenes), jobs, _died))
+    return {name: joined([found[number][name] for number in range(scenes)]) for name in SEEN_BY}
 
 
-def _numbered(seed: int, looks: tuple[int, int], number: int) -> tuple[int, Described]:
-    return number, _capped(clusters_of_scene(seed, *looks, number), MOST_OF_A_SCENE)
+def _numbered(seed: int, number: int) -> tuple[int, dict[str, Described]]:
+    return number, clusters_of_scene(seed, number)
 
 
-def _died(number: int) -> tuple[int, Described]:
+def _died(number: int) -> tuple[int, dict[str, Described]]:
     raise SystemExit(f"the process that made scene {number} was killed")
 
 
@@ -190,16 +207,14 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("-o", "--out", type=Path, default=Path(__file__).parents[1] / "cascades")
     options = parser.parse_args()
-    found = _capped(gathered(SEED, options.scenes, TRAINED, options.jobs), MOST_OF_A_CLASS)
-    test = {
-        "as the LMS 151 shows them": gathered(TEST_SEED, options.test_scenes, FINE, options.jobs),
-        "as a coarser scanner shows them": gathered(TEST_SEED + 1, options.test_scenes, COARSE, options.jobs),
-    }
+    seen = gathered(SEED, options.scenes, options.jobs)
+    found = joined([_capped(part, MOST_OF_A_CLASS) for part in seen.values()])
+    test = gathered(TEST_SEED, options.test_scenes, options.jobs)
     print({str(label): int((found.labels == label).sum()) for label in np.unique(found.labels)})
     for name in MODELS:
         model = trained(name, found, joined(list(test.values())))
-        for how, clusters in test.items():
-            print_table(f"{name}, {how}", model, clusters)
+        for scanner, clusters in test.items():
+            print_table(f"{name}, {scanner}", model, clusters)
         save_model(options.out / f"{name}.npz", model)
 
 

@@ -47,6 +47,7 @@ def map_(
     from laserimg.cli.progress import track
     from laserimg.errors import LaserImgError
     from laserimg.readers import find_files
+    from laserimg.semantic_map.fusing import fused
     from laserimg.semantic_map.maps import SemanticMap
     from laserimg.semantic_map.models import MapModels
     from laserimg.semantic_map.run import PAGE, RECORD, MapOptions, map_files, write_map
@@ -65,7 +66,7 @@ def map_(
     errors += [found[file].error for file in files if found[file].error]
     scans = [scan for file in files for scan in found[file].scans]
     if scans:
-        whole = SemanticMap(scans, MapModels.load(model).labels)
+        whole = SemanticMap(fused(scans), MapModels.load(model).labels)
         write_map(whole, out, _title(files))
         if as_json:
             typer.echo((out / RECORD).read_text(encoding="utf-8"), nl=False)
@@ -110,14 +111,15 @@ def _print_table(whole: "SemanticMap") -> None:
     from laserimg.semantic_map.colours import GROUND, LOOSE, palette
 
     grid = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in ("class", "clusters", "points", "mean confidence"):
+    for heading in ("class", "objects", "points", "mean confidence"):
         grid.add_column(heading, justify="left" if heading == "class" else "right")
     for label in palette(whole.labels):
         those = [cluster for cluster in whole.clusters if cluster.label == label]
         if those:
             mean = sum(cluster.confidence for cluster in those) / len(those)
             points = sum(cluster.points for cluster in those)
-            grid.add_row(label, str(len(those)), f"{points:,}", f"{mean:.2f}")
+            objects = len({cluster.number for cluster in those})
+            grid.add_row(label, str(objects), f"{points:,}", f"{mean:.2f}")
     for label, number in ((GROUND, 0), (LOOSE, -1)):
         points = sum(int((one.cloud.cluster == number).sum()) for one in whole.scans)
         grid.add_row(label, "", f"{points:,}", "")

@@ -1,5 +1,6 @@
 """The clusters of one scan with their classes, sizes and reasons."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +24,8 @@ class Cluster:
 
     Parameters
     ----------
+    number : int
+        Of the object, from 1: clusters of several scans may be one.
     label : str
         Class, or "unknown".
     confidence : float
@@ -38,6 +41,7 @@ class Cluster:
         Returns in it.
     """
 
+    number: int
     label: str
     confidence: float
     decisions: NDArray[np.float64]
@@ -69,7 +73,9 @@ def classified(
         box = measured(scan, region, segments.ground)
         position = scan.world_from_scan @ [box.x, box.y, box.z, 1.0]
         verdict = verdicts[place]
-        found.append(Cluster(*verdict, decisions[place], why[place], box, position[:3], len(region.pixels)))
+        found.append(
+            Cluster(place + 1, *verdict, decisions[place], why[place], box, position[:3], len(region.pixels))
+        )
     return found
 
 
@@ -82,3 +88,9 @@ def measured(scan: Scan, region: Region, ground: Ground | None) -> MetricBox:
     if low > STANDS_WITHIN_M:
         return replace(box, height_above_floor=float(low))
     return replace(box, height_above_floor=0.0, height=float(max(high, 0.0)))
+
+
+def objects_of(clusters: Iterable[Cluster], labels: Iterable[str]) -> dict[str, int]:
+    """Return how many objects each class has."""
+    found = {(cluster.label, cluster.number) for cluster in clusters}
+    return {label: sum(name == label for name, _ in found) for label in labels}

@@ -5,21 +5,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.geometry.pitch import sample_pitch
+from laserimg.semantic_map.clusters import objects_of
 from laserimg.semantic_map.colours import GROUND, LOOSE, UNDERSEGMENTED, Colour, palette
-from laserimg.semantic_map.legend import BACKGROUND, Picture, draw_text, text_width, with_legend
+from laserimg.semantic_map.legend import BACKGROUND, INK, Picture, draw_text, text_width, with_legend
 from laserimg.semantic_map.maps import ScanMap
 
 MIN_WIDTH, MAX_WIDTH = 1600, 2400
 # Clusters of at least so many picture pixels carry their class, where there is room.
 _NAMED_PX = 1500
 _NAME_SCALE = 0.42
+# Times its height that a strip may be wide.
+STRIP_ASPECT = 7.0
+_GAP_PX = 3
 
 
 def panorama(one: ScanMap, labels: tuple[str, ...], title: str = "") -> Picture:
     """Return the picture (h, w, 3), RGB, of a scan with its classes in colour and a legend.
 
-    Pixels are square. Rows above the highest return are cut off, and those of the ground at the scanner's
-    foot, below all clusters.
+    Pixels are square; a strip much wider than high is drawn as two, twice as large. Rows above the
+    highest return are cut off, and those of the ground at the scanner's foot, below all clusters.
 
     Parameters
     ----------
@@ -32,15 +36,21 @@ def panorama(one: ScanMap, labels: tuple[str, ...], title: str = "") -> Picture:
     rows = _rows(one)
     image = _coloured(one, colours)[rows]
     across, up = _scales(one)
+    strips = 2 if image.shape[1] * across > STRIP_ASPECT * image.shape[0] * up else 1
+    across, up = across * strips, up * strips
     size = round(image.shape[1] * across), max(1, round(image.shape[0] * up))
     picture = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_NEAREST), np.uint8)
     _draw_names(picture, one, rows.start, (across, up))
+    if strips == 2:
+        half = picture.shape[1] // 2
+        gap = np.full((_GAP_PX, half, 3), INK, np.uint8)
+        picture = np.concatenate([picture[:, :half], gap, picture[:, half : 2 * half]])
     return with_legend(picture, title, legend_of(one.clusters, colours))
 
 
 def legend_of(clusters: list, colours: dict[str, Colour]) -> list[tuple[str, Colour]]:
-    """Return what the legend says: every class that occurs, with how many clusters it has."""
-    count = {label: sum(cluster.label == label for cluster in clusters) for label in colours}
+    """Return what the legend says: every class that occurs, with how many objects it has."""
+    count = objects_of(clusters, colours)
     named = [(f"{label} ({count[label]})", colours[label]) for label in colours if count[label]]
     return [*named, (GROUND, colours[GROUND]), (LOOSE, colours[LOOSE])]
 

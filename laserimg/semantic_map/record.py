@@ -16,7 +16,7 @@ def record(whole: SemanticMap) -> dict[str, Any]:
     clusters = []
     for place, (one, first) in enumerate(zip(whole.scans, whole.first_numbers(), strict=True)):
         for number, cluster in enumerate(one.clusters, first):
-            clusters.append({"id": number, "scan": place, **_cluster(cluster)})
+            clusters.append({"id": number, "object": cluster.number, "scan": place, **_cluster(cluster)})
     return {
         "format": FORMAT,
         "classes": list(whole.labels),
@@ -25,14 +25,15 @@ def record(whole: SemanticMap) -> dict[str, Any]:
     }
 
 
-def facts_of(cluster: Cluster) -> list[tuple[str, str]]:
-    """Return what is measured of a cluster, for people."""
+def facts_of(cluster: Cluster, views: int = 1) -> list[tuple[str, str]]:
+    """Return what is measured of a cluster, for people; `views` clusters are the same object."""
     size = cluster.size
     return [
         ("size", f"{size.length:.2f} x {size.breadth:.2f} m, {size.height:.2f} m high"),
         ("stands", _stands(size.height_above_floor)),
         ("range", f"{size.range:.1f} m from the scanner"),
         ("points", f"{cluster.points:,}"),
+        *([("seen", f"in {views} clusters")] if views > 1 else []),
     ]
 
 

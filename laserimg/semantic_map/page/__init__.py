@@ -2,6 +2,7 @@
 
 import base64
 import json
+from collections import Counter
 from importlib.resources import files
 from typing import Any
 
@@ -9,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.semantic_map.cloud import Cloud
+from laserimg.semantic_map.clusters import objects_of
 from laserimg.semantic_map.colours import GROUND, LOOSE, palette
 from laserimg.semantic_map.maps import SemanticMap
 from laserimg.semantic_map.record import facts_of
 
 # 10 bytes a point, in base64: 400,000 points are 5.3 MB.
 MAX_POINTS = 400_000
-# Clusters that carry their name, the largest first.
+# Objects that carry their name, the largest first.
 _NAMED = 60
 _QUANTILES = (0.01, 0.99)
 
@@ -53,9 +55,10 @@ def page(whole: SemanticMap, cloud: Cloud, title: str, max_points: int = MAX_POI
 
 
 def thinned(cloud: Cloud, max_points: int) -> Cloud:
-    """Return about `max_points` points of a cloud, kept with a chance in proportion to their spacing squared.
+    """Return about `max_points` points of a cloud, each kept as often as the area it stands for asks.
 
-    A point that stays for several that go stands for their area.
+    A point that stays for several that go stands for their area. Points in the order of a scan are
+    kept at even distances.
     """
     count = len(cloud.points)
     if count <= max_points:
@@ -63,9 +66,9 @@ def thinned(cloud: Cloud, max_points: int) -> Cloud:
     area = cloud.spacing.astype(np.float64) ** 2
     share = area * max_points / area.sum()
     for _ in range(8):
-        # Chances above 1 leave something for the others.
+        # Shares above 1 leave something for the others.
         share = np.minimum(share * (max_points / np.minimum(share, 1).sum()), 1)
-    kept = np.random.default_rng(0).random(count) < share
+    kept = np.diff(np.floor(np.cumsum(share)), prepend=0) > 0
     spacing = cloud.spacing[kept] / np.sqrt(share[kept]).astype(np.float32)
     return Cloud(cloud.points[kept], cloud.origin, cloud.cluster[kept], cloud.shade[kept], spacing)
 
@@ -90,8 +93,7 @@ def _facts(whole: SemanticMap, cloud: Cloud, title: str, frame: dict[str, Any]) 
     low, high = np.quantile(cloud.points[::7], _QUANTILES, axis=0)
     middle = np.array([*(low + high)[:2] / 2, low[2] + 1])
     colours = palette(whole.labels)
-    clusters = whole.clusters
-    count = {label: sum(cluster.label == label for cluster in clusters) for label in colours}
+    count = objects_of(whole.clusters, colours)
     legend = [[label, str(count[label])] for label in colours if count[label]]
     return {
         **frame,
@@ -107,7 +109,7 @@ def _facts(whole: SemanticMap, cloud: Cloud, title: str, frame: dict[str, Any]) 
 
 
 def _clusters(whole: SemanticMap, origin: NDArray[np.float64]) -> list[dict[str, Any]]:
-    told = []
+    told, seen = [], Counter(cluster.number for cluster in whole.clusters)
     for cluster in whole.clusters:
         at = cluster.position - origin
         told.append(
@@ -117,7 +119,7 @@ def _clusters(whole: SemanticMap, origin: NDArray[np.float64]) -> list[dict[str,
                 "at": at.round(2).tolist(),
                 "top": [*at[:2].round(2).tolist(), round(float(at[2]) + cluster.size.height / 2, 2)],
                 "reach_m": round(max(cluster.size.length, cluster.size.height), 2),
-                "facts": facts_of(cluster),
+                "facts": facts_of(cluster, seen[cluster.number]),
                 "why": cluster.reason,
             }
         )
@@ -125,8 +127,12 @@ def _clusters(whole: SemanticMap, origin: NDArray[np.float64]) -> list[dict[str,
 
 
 def _named(whole: SemanticMap) -> list[int]:
-    points = [cluster.points for cluster in whole.clusters]
-    return np.argsort(points)[::-1][:_NAMED].tolist()
+    """Return the clusters that carry a name: the largest of each object, largest first."""
+    clusters = whole.clusters
+    largest: dict[int, int] = {}
+    for place in np.argsort([-cluster.points for cluster in clusters], kind="stable").tolist():
+        largest.setdefault(clusters[place].number, place)
+    return list(largest.values())[:_NAMED]
 
 
 def _text(name: str) -> str:

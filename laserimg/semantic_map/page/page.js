@@ -13,7 +13,12 @@ const hidden = new Set();
 // ---- camera -------------------------------------------------------------------------------------------------
 const FOV = 0.85;
 const camera = { target: [0, 0, 0], distance: 50, yaw: -2.2, pitch: 0.6 };
-function home() { Object.assign(camera, { target: map.middle.slice(), distance: map.radius * 1.6, pitch: 0.8 }); }
+function home() {
+  // From the side of the scanner, where surfaces show the side that it saw.
+  const [x, y] = [0, 1].map(k => map.scanners[0][k] - map.middle[k]);
+  if (Math.hypot(x, y) > 0.3 * map.radius) camera.yaw = Math.atan2(y, x) + 0.25;
+  Object.assign(camera, { target: map.middle.slice(), distance: map.radius * 1.6, pitch: 0.8 });
+}
 function eye() {
   const { target: t, distance: r, yaw, pitch } = camera;
   return [t[0] + r * Math.cos(pitch) * Math.cos(yaw), t[1] + r * Math.cos(pitch) * Math.sin(yaw),

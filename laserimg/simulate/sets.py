@@ -21,6 +21,7 @@ from laserimg.workers import unordered
 # The classes of a set, with the same numbers in every set.
 LABELS = (
     "building", "car", "door", "person", "pole", "tree", "window", "office_chair", "stairs", "wastebasket",
+    "bench", "bicycle", "bollard", "fence", "hedge", "litter_bin", "lorry", "low_wall",
 )  # fmt: skip
 TRUTH = "truth.coco.json"
 

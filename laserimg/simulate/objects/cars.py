@@ -5,11 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from laserimg.simulate.materials import MATERIALS
-from laserimg.simulate.mesh import Mesh, box, cylinder, joined
+from laserimg.simulate.mesh import Mesh, cylinder, joined
+from laserimg.simulate.objects.copies import boxes, copies
 from laserimg.simulate.objects.loft import lofted, varied
 from laserimg.simulate.things import Thing
 
+# Axles as fractions of the length from the front.
+WHEELS = (0.19, 0.80)
 PAINTS = ("paint_white", "paint_dark", "metal_painted")
+_WHEEL = cylinder(1, 1, "rubber", 20)
 # Pillars as fractions of the cabin's side: A, B, C, D.
 SIDE = np.array([0.0, 0.04, 0.33, 0.37, 0.64, 0.68, 0.94, 1.0])
 ACROSS = np.array([-1.0, -0.92, -0.4, 0.4, 0.92, 1.0])
@@ -53,19 +57,28 @@ def car(rng: np.random.Generator) -> Thing:
         _body(length, width, waist, wheel, style, paint),
         _cabin(length, width, waist, height, style, paint),
         *_wheels(length, width, wheel),
-        *_mirrors(length, width, waist, style, paint),
-        *_seats(length, width, waist, style),
+        _mirrors_and_seats(length, width, waist, style, paint),
     ]
     return Thing("car", joined(parts), "car")
 
 
 def _body(length, width, waist, wheel, style, paint) -> Mesh:
-    """Rounded cross-sections along the length; the bonnet and boot fall off to the ends."""
-    station = np.array([0.0, 0.02, 0.06, 0.15, style.foot[0], 0.5, style.foot[1] - 0.02, 0.985, 1.0])
-    station = np.sort(station)
+    """Rounded cross-sections along the length; the bonnet and boot fall off to the ends.
+
+    The underside rises over the wheels: arches, seen from the side.
+    """
+    arch = np.array([-1.0, -0.85, -0.5, 0.0, 0.5, 0.85, 1.0]) * 1.22 * wheel / length
+    middles = np.array(WHEELS)[:, None] + arch
+    station = np.array([0.0, 0.02, 0.06, style.foot[0], 0.5, style.foot[1] - 0.02, 0.985, 1.0])
+    apart = np.abs(station[:, None] - np.array(WHEELS)).min(axis=1) > 1.25 * wheel / length
+    station = np.sort(np.concatenate([station[apart], middles.ravel()]))
     narrow = np.interp(station, [0, 0.02, 0.1, 0.3, 0.8, 0.97, 1], [0.84, 0.9, 0.97, 1, 1, 0.95, 0.88])
     top = np.interp(station, [0, 0.06, style.foot[0], 0.97, 1], np.array([0.72, 0.84, 1, 1, 0.9]) * waist)
     bottom = np.interp(station, [0, 0.06, 0.94, 1], np.array([1.0, 0.6, 0.6, 1.1]) * wheel)
+    for middle in WHEELS:
+        off = (station - middle) * length / (1.22 * wheel)
+        raised = wheel * (1 + 1.22 * np.sqrt(np.clip(1 - off**2, 0, 1)))
+        bottom = np.where(np.abs(off) < 0.99, np.minimum(raised, 0.9 * top), bottom)
     angle = 2 * np.pi * np.arange(16) / 16
     across, up = (np.sign(f) * np.abs(f) ** 0.4 for f in (np.cos(angle), np.sin(angle)))
     y = narrow[:, None] * across * width / 2
@@ -98,29 +111,24 @@ def _cabin(length, width, waist, height, style, paint) -> Mesh:
 
 
 def _wheels(length, width, radius) -> list[Mesh]:
+    """Tyres and rims, their axes along y."""
+    x = np.repeat([(0.5 - middle) * length for middle in WHEELS], 2)
+    y = np.tile([-1.0, 1.0], 2) * (width / 2 - 0.10)
     parts = []
-    for x in (0.31 * length, -0.30 * length):
-        for side in (-1, 1):
-            centre = (x, side * (width / 2 - 0.10), radius)
-            parts.append(_axle(cylinder(radius, 0.22, "rubber", 20), 0.22, centre))
-            parts.append(_axle(cylinder(0.62 * radius, 0.24, "metal_painted", 12), 0.24, centre))
+    for size, thick, material in ((radius, 0.22, "rubber"), (0.62 * radius, 0.24, "metal_painted")):
+        linear = np.array([(size, 0, 0), (0, 0, -thick), (0, size, 0)])
+        foot = np.stack([x, y + thick / 2, np.full(4, radius)], 1)
+        parts.append(copies(_WHEEL, np.repeat(linear[None], 4, 0), foot, material))
     return parts
 
 
-def _axle(standing: Mesh, width: float, centre: tuple[float, float, float]) -> Mesh:
-    """Turn a standing cylinder so that its axis lies along y around `centre`."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
-    matrix[:3, 3] = np.add(centre, (0, width / 2, 0))
-    return standing.moved(matrix)
-
-
-def _mirrors(length, width, waist, style, paint) -> list[Mesh]:
+def _mirrors_and_seats(length, width, waist, style, paint) -> Mesh:
     x = (0.5 - style.foot[0] - 0.08) * length
-    return [box((0.12, 0.18, 0.14), paint).at(x, side * (width / 2 + 0.05), waist) for side in (-1, 1)]
-
-
-def _seats(length, width, waist, style) -> list[Mesh]:
+    rows = [(x, side * (width / 2 + 0.05), waist, 0.12, 0.18, 0.14) for side in (-1, 1)]
     middle = (0.5 - (style.roof[0] + style.roof[1]) / 2) * length
-    places = [(middle + dx, dy * width) for dx in (0.35, -0.45) for dy in (-0.2, 0.2)]
-    return [box((0.14, 0.45, 0.35), "fabric_dark").at(x, y, waist - 0.1) for x, y in places]
+    for dx in (0.35, -0.45):
+        rows += [(middle + dx, dy * width, waist - 0.1, 0.14, 0.45, 0.35) for dy in (-0.2, 0.2)]
+    # What is between the wheels: one does not see through the arches.
+    rows.append((0, 0, 0.22, 0.6 * length, 0.72 * width, waist - 0.25))
+    dark = [MATERIALS["fabric_dark"], MATERIALS["plastic_dark"]]
+    return boxes(rows, [paint, *dark], [0, 0, 1, 1, 1, 1, 2])

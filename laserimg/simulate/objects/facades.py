@@ -4,12 +4,18 @@ import numpy as np
 
 from laserimg.simulate.materials import MATERIALS
 from laserimg.simulate.mesh import Mesh, box, joined
+from laserimg.simulate.objects.copies import Row, boxes
 from laserimg.simulate.objects.loft import quads_mesh, varied
 from laserimg.simulate.things import Thing
 
 
-def facade(rng: np.random.Generator, width_m: float | None = None) -> tuple[Thing, ...]:
-    """Return a facade along y that faces +x: the wall, labelled building, then windows and doors.
+def facade(rng: np.random.Generator) -> Thing:
+    """Return a `front` as one thing, label building."""
+    return Thing("facade", joined([thing.mesh for thing in front(rng)]), "building")
+
+
+def front(rng: np.random.Generator, width_m: float | None = None) -> tuple[Thing, ...]:
+    """Return the front of a house along y that faces +x: the wall, labelled building, then windows and doors.
 
     Storeys 2.7-3.3 m, 2 to 4 of them; bays 2.2-3.4 m; windows 0.9-1.5 x 1.2-1.7 m with sill at
     0.8-1.0 m; doors 0.9-1.1 x 2.0-2.2 m; reveals 0.08-0.25 m. Usual values of housing, set by eye.
@@ -44,8 +50,33 @@ def facade(rng: np.random.Generator, width_m: float | None = None) -> tuple[Thin
         box((room, width, 0.1), wall).at(-room / 2, 0, height),
     ]
     shell += [box((room, 0.02, height), wall).at(-room / 2, y) for y in (0.01 - width / 2, width / 2 - 0.01)]
-    mesh = joined([quads_mesh(panels, [wall], np.zeros(len(panels), int)), *shell, *ledges])
+    details = _details(rng, width, height, storey, centres)
+    mesh = joined([quads_mesh(panels, [wall], np.zeros(len(panels), int)), *shell, *ledges, *details])
     return (Thing("facade", mesh, "building"), *things)
+
+
+def _details(
+    rng: np.random.Generator, width: float, height: float, storey: float, centres: np.ndarray
+) -> list[Mesh]:
+    """A cornice, rain pipes, balconies on upper floors and an awning over the ground floor, each on some."""
+    rows: list[Row] = []
+    if rng.random() < 0.6:
+        proud = rng.uniform(0.1, 0.5)
+        rows.append((proud / 2, 0, height - 0.05, proud, width, rng.uniform(0.15, 0.4)))
+    rows += [(0.06, s * (width / 2 - 0.15), 0, 0.1, 0.1, height) for s in (-1, 1) if rng.random() < 0.4]
+    if rng.random() < 0.25:
+        deep = rng.uniform(0.8, 1.6)
+        rows.append((deep / 2, 0, rng.uniform(2.4, 2.6), deep, width * rng.uniform(0.4, 0.95), 0.06))
+    if rng.random() < 0.3:
+        deep, wide = rng.uniform(0.8, 1.5), min(2.6, 0.9 * width / len(centres))
+        for floor in range(1, max(2, round(height / storey))):
+            for y in centres[:: int(rng.integers(1, 4))]:
+                rows.append((deep / 2, float(y), floor * storey - 0.1, deep, wide, 0.12))
+                rows.append((deep - 0.03, float(y), floor * storey, 0.05, wide, 0.95))
+                rows += [
+                    (deep / 2, y + s * (wide / 2 - 0.03), floor * storey, deep, 0.05, 0.95) for s in (-1, 1)
+                ]
+    return [boxes(rows, varied(rng, "concrete", 0.4))] if rows else []
 
 
 def _panels(holes, bays: int, storey: float, width: float, depth: float) -> np.ndarray:

@@ -3,7 +3,8 @@
 import numpy as np
 
 from laserimg.simulate.materials import Material
-from laserimg.simulate.mesh import Mesh, box, ellipsoid, joined, tube
+from laserimg.simulate.mesh import Mesh, box, ellipsoid, joined
+from laserimg.simulate.objects.copies import balls, boxes, rods
 from laserimg.simulate.objects.loft import lofted, varied
 from laserimg.simulate.things import Thing
 
@@ -37,34 +38,33 @@ def person(rng: np.random.Generator, pose: str | None = None) -> Thing:
 def _legs(rng, pose: str, stature: float, girth: float, hip: float, cloth: Material) -> list[Mesh]:
     thigh, shank = 0.245 * stature, 0.25 * stature
     stride = np.radians(rng.uniform(12, 28)) if pose == "walking" else np.radians(rng.uniform(0, 4))
-    parts = []
+    ends, shoes = [], []
     for side in (-1, 1):
         swing = np.radians(88) if pose == "sitting" else side * stride
         bend = np.radians(2) if pose == "sitting" else swing - (side < 0) * stride * 0.6
         start = np.array([0, side * 0.055 * stature, hip])
         knee = start + thigh * np.array([np.sin(swing), 0, -np.cos(swing)])
         ankle = knee + shank * np.array([np.sin(bend), 0, -np.cos(bend)])
-        parts.append(tube([start, knee], 0.043 * stature * girth, cloth))
-        parts.append(tube([knee, ankle], 0.032 * stature * girth, cloth))
-        parts.append(
-            box((0.15 * stature, 0.09, 0.07), "rubber").at(ankle[0] + 0.05, ankle[1], ankle[2] - 0.05)
-        )
-    return parts
+        ends += [(start, knee), (knee, ankle)]
+        shoes.append((ankle[0] + 0.05, ankle[1], ankle[2] - 0.05, 0.15 * stature, 0.09, 0.07))
+    thick = np.tile([0.043, 0.032], 2) * stature * girth
+    return [rods(np.array(ends), thick, cloth), boxes(shoes, "rubber")]
 
 
 def _arms(rng, pose, stature, girth, hip, cloth, skin) -> list[Mesh]:
     shoulder_m = hip + 0.29 * stature
     swing = np.radians(rng.uniform(10, 25)) if pose == "walking" else np.radians(rng.uniform(-5, 15))
-    parts = []
+    ends, hands = [], []
     for side in (-1, 1):
         angle = -side * swing if pose == "walking" else swing
         bend = angle + np.radians(rng.uniform(5, 80 if pose != "walking" else 35))
         start = np.array([0, side * 0.118 * stature * girth, shoulder_m - 0.03])
         elbow = start + 0.18 * stature * np.array([np.sin(angle), side * 0.1, -np.cos(angle)])
         wrist = elbow + 0.15 * stature * np.array([np.sin(bend), 0, -np.cos(bend)])
-        parts += [tube([start, elbow], 0.027 * stature, cloth), tube([elbow, wrist], 0.022 * stature, cloth)]
-        parts.append(ellipsoid((0.05, 0.035, 0.055), skin, 1).at(*wrist))
-    return parts
+        ends += [(start, elbow), (elbow, wrist)]
+        hands.append(wrist)
+    thick = np.tile([0.027, 0.022], 2) * stature
+    return [rods(np.array(ends), thick, cloth), balls(hands, (0.05, 0.035, 0.055), skin)]
 
 
 def _trunk(stature: float, girth: float, hip: float, cloth: Material) -> Mesh:
@@ -79,7 +79,7 @@ def _trunk(stature: float, girth: float, hip: float, cloth: Material) -> Mesh:
 
 def _head(stature: float, hip: float, skin: Material, hair: Material) -> list[Mesh]:
     middle = hip + 0.41 * stature
-    neck = tube([(0, 0, middle - 0.16), (0, 0, middle)], 0.055, skin)
+    neck = rods([((0, 0, middle - 0.16), (0, 0, middle))], 0.055, skin)
     face = ellipsoid((0.095, 0.075, 0.067 * stature), skin, 2).at(0.01, 0, middle)
     return [neck, face, ellipsoid((0.095, 0.083, 0.06 * stature), hair, 2).at(-0.02, 0, middle + 0.025)]
 

@@ -37,9 +37,9 @@ def traffic_light(rng: np.random.Generator) -> Thing:
 
 
 def bollard(rng: np.random.Generator) -> Thing:
-    """Return a bollard 0.8-1.1 m high; it has no label: paper 1's poles are taller than a person."""
+    """Return a bollard 0.8-1.1 m high: not a pole, as those of paper 1 are taller than a person."""
     metal = varied(rng, "metal_painted", 0.4)
-    return Thing("bollard", cylinder(rng.uniform(0.04, 0.11), rng.uniform(0.8, 1.1), metal, 16))
+    return Thing("bollard", cylinder(rng.uniform(0.04, 0.11), rng.uniform(0.8, 1.1), metal, 16), "bollard")
 
 
 def _disc(radius: float) -> Mesh:

@@ -102,7 +102,7 @@ def test_a_class_with_one_object(folder, tmp_path):
     ("arguments", "code", "message"),
     [
         (["evaluate", "only-one"], 2, "needs MODEL and FOLDER"),
-        (["evaluate", "--leave-one-out", "--folds", "3", "x"], 2, "not both"),
+        (["evaluate", "--leave-one-out", "--folds", "3", "x"], 2, "give only one of"),
         (["train", "x", "-o", "m.npz", "--features", "hog"], 2, "features must be one of"),
         (["train", "missing", "-o", "m.npz"], 1, "missing: no such file or folder"),
         (["predict", "missing.npz", "x"], 1, "missing.npz: no such file"),

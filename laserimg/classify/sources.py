@@ -1,6 +1,6 @@
 """Where objects come from: folders of object clouds or crops, one folder a class, or boxes in scans."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.classify.clouds import ObjectCloud
-from laserimg.classify.recipe import Recipe, describe_cloud, describe_images
-from laserimg.classify.views import crop_of_scan
+from laserimg.classify.datasets import Watch, dataset_objects
+from laserimg.classify.recipe import Recipe, describe_cloud
+from laserimg.classify.source import Source, source_of_pixels
 from laserimg.errors import LabelError, LaserImgError, ScanError
 from laserimg.files import read_bytes, without_compression
 from laserimg.formats.coco import Annotation
@@ -21,6 +22,7 @@ from laserimg.rbnn import rbnn_of_scan
 from laserimg.readers import ascii as text
 from laserimg.readers import find_files, pcd, read_file, suffixes
 from laserimg.readers.npz import load_arrays
+from laserimg.readers.ply import points_of, read_vertices
 from laserimg.readers.range_image import is_described
 from laserimg.scan import BoolArray, Float32Array, Scan
 
@@ -28,31 +30,26 @@ _TEXT = {".xyz", ".txt", ".csv", ".asc", ".dat", ".pts"}
 _IMAGES = {".png", ".tif", ".tiff"}
 
 
-class Source(NamedTuple):
-    """One object: where it is, its class ("" if not known), and how it is described."""
-
-    name: str
-    label: str
-    describe: Callable[[Recipe], Float32Array]
-
-
 class Described(NamedTuple):
     """Objects as a classifier sees them, and what could not be read or described."""
 
     names: list[str]
     labels: NDArray[np.str_]
+    folds: NDArray[np.intp]
     vectors: Float32Array
     errors: list[str]
 
 
-def labelled_sources(path: Path, scale: float = 1.0) -> list[Source]:
-    """Return the objects of a folder with one folder a class, or of a COCO file with its scans.
+def labelled_sources(path: Path, scale: float = 1.0, watch: Watch = iter) -> list[Source]:
+    """Return the objects of a folder with one folder a class, of a data set, or of a COCO file.
 
     Parameters
     ----------
     path : Path
     scale : float
         Metres of a unit of the points; 0.001 for millimetres.
+    watch : function
+        Iterates over the scans of a data set, showing progress if it likes.
 
     Raises
     ------
@@ -63,12 +60,13 @@ def labelled_sources(path: Path, scale: float = 1.0) -> list[Source]:
         raise LabelError(f"{path}: no such file or folder")
     if path.is_file():
         found = _boxes(path)
-    else:
+    elif not (found := dataset_objects(path, watch)):
         folders = sorted(folder for folder in path.iterdir() if folder.is_dir())
         found = [source for folder in folders for source in _files(folder, folder.name, scale)]
     if not found:
         raise LabelError(
-            f"{path}: no objects; needs one folder a class with a file an object, or a COCO file"
+            f"{path}: no objects; needs one folder a class with a file an object, a COCO file, or a data set "
+            "of those that laserimg classify datasets lists"
         )
     return found
 
@@ -83,7 +81,7 @@ def unlabelled_sources(paths: Iterable[Path], scale: float = 1.0) -> list[Source
 
 def described(sources: Iterable[Source], recipe: Recipe) -> Described:
     """Describe objects; those that cannot be are named in `errors`."""
-    names, labels, vectors, errors = [], [], [], []
+    names, labels, folds, vectors, errors = [], [], [], [], []
     for source in sources:
         try:
             vectors.append(source.describe(recipe))
@@ -92,8 +90,9 @@ def described(sources: Iterable[Source], recipe: Recipe) -> Described:
             continue
         names.append(source.name)
         labels.append(source.label)
+        folds.append(source.fold)
     stacked = np.stack(vectors) if vectors else np.zeros((0, recipe.length), np.float32)
-    return Described(names, np.array(labels, dtype=np.str_), stacked, errors)
+    return Described(names, np.array(labels, dtype=np.str_), np.array(folds, np.intp), stacked, errors)
 
 
 def read_cloud(path: Path, scale: float = 1.0) -> ObjectCloud | None:
@@ -109,6 +108,8 @@ def read_cloud(path: Path, scale: float = 1.0) -> ObjectCloud | None:
         points, values = next(text.read_points(path))
     elif suffix == ".pcd":
         points, values = pcd.read_points(path)
+    elif suffix == ".ply":
+        points, values, _ = points_of(read_vertices(read_bytes(path)))
     elif suffix == ".npz":
         arrays = load_arrays(read_bytes(path))
         if "points" not in arrays:
@@ -191,8 +192,7 @@ def _box(file: Path, index: int, entry: Annotation, label: str) -> Source:
 
 
 def _describe_crop(scan: Scan, mask: BoolArray, recipe: Recipe) -> Float32Array:
-    points = scan.points()[mask].astype(np.float64) @ scan.world_from_scan[:3, :3].T
-    return describe_images(crop_of_scan(scan, mask), points, recipe)
+    return source_of_pixels("", "", scan, mask).describe(recipe)
 
 
 def _without_path(path: Path, index: int) -> Scan:

@@ -85,6 +85,34 @@ def repeated_folds(
     return results
 
 
+def given_folds(vectors: NDArray, labels: Labels, folds: NDArray[np.intp], cost: float = C) -> Array:
+    """Return the decision values (n, k) of every object, from machines trained on the other folds.
+
+    Parameters
+    ----------
+    vectors : (n, d) array
+    labels : (n,) array of str
+    folds : (n,) array of int
+        The fold of every object.
+    cost : float
+
+    Raises
+    ------
+    ConfigError
+        If there are fewer than two folds or classes, or a class has only one object.
+    """
+    numbers = np.unique(folds)
+    if len(numbers) < 2:
+        raise ConfigError(f"needs at least 2 folds, got {len(numbers)}")
+    classes, kernel = _prepared(vectors, labels, 2)
+    decisions = np.empty((len(labels), len(classes)))
+    for number in numbers:
+        train, test = np.flatnonzero(folds != number), np.flatnonzero(folds == number)
+        for column, name in enumerate(classes):
+            decisions[test, column] = decided(kernel, train, test, labels == name, cost)
+    return decisions
+
+
 def predicted(decisions: Array, labels: Labels) -> Labels:
     """Return the class with the highest decision value."""
     return np.unique(labels)[decisions.argmax(axis=1)]

@@ -25,7 +25,8 @@ Train and use a classifier of objects: HONV, HOG and 3DHOG with a linear support
 
 \b
 objects/ has one folder a class, with one file an object: points (xyz, csv, txt, pcd, npz with
-"points") or a range image (npz, png). A COCO file with its scans works too.
+"points") or a range image (npz, png). A COCO file with its scans works too, and so do the data sets
+that laserimg classify datasets lists, as they are downloaded.
 
 \b
 Features:
@@ -45,6 +46,7 @@ _APPEARANCE = Annotated[
 _SCALE = Annotated[
     float, typer.Option(min=1e-6, max=1e6, help="Metres of a unit of the points; 0.001 for millimetres.")
 ]
+_CLASSES = Annotated[str, typer.Option(help="Classes to use, with commas. Default: all.")]
 _JSON = Annotated[bool, typer.Option("--json", help="Print JSON, not a table.")]
 _QUIET = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 
@@ -58,6 +60,7 @@ def train(
     size: _SIZE = False,
     appearance: _APPEARANCE = "reflectance",
     scale: _SCALE = 1.0,
+    classes: _CLASSES = "",
     margin: Annotated[
         float, typer.Option(min=0, help="Best decision value less the second, below which it is unknown.")
     ] = 0.0,
@@ -74,7 +77,7 @@ def train(
     from laserimg.classify import save_model
 
     recipe = _recipe(features, views, size, appearance)
-    found = _described(_labelled(folder, scale), recipe, quiet)
+    found = _described(_labelled(folder, scale, classes, quiet), recipe, quiet)
     from laserimg.classify.training import train as train_model
 
     trained = train_model(found.vectors, found.labels, recipe, margin)
@@ -101,6 +104,9 @@ def evaluate(
         int | None, typer.Option(min=2, help="No model: train without each of so many parts in turn.")
     ] = None,
     repeats: Annotated[int, typer.Option(min=1, help="Divisions into parts to average.")] = 5,
+    own_folds: Annotated[
+        bool, typer.Option("--own-folds", help="No model: train without each part that the data set names.")
+    ] = False,
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="Picture of the confusion matrix (.png).")
     ] = None,
@@ -109,6 +115,7 @@ def evaluate(
     size: _SIZE = False,
     appearance: _APPEARANCE = "reflectance",
     scale: _SCALE = 1.0,
+    classes: _CLASSES = "",
     margin: Annotated[float | None, typer.Option(min=0, help="In place of the model's.")] = None,
     as_json: _JSON = False,
     quiet: _QUIET = False,
@@ -119,23 +126,29 @@ def evaluate(
       laserimg classify evaluate objects.npz more-objects/ -o confusion.png
       laserimg classify evaluate --leave-one-out objects/ --features 3dhog
       laserimg classify evaluate --folds 5 objects/ --features honv+hog --size --json
+      laserimg classify evaluate --own-folds sydney-urban-objects-dataset/
     """
-    cross = leave_one_out or folds is not None
-    if leave_one_out and folds is not None:
-        raise typer.BadParameter("give --leave-one-out or --folds, not both")
+    ways = (leave_one_out, folds is not None, own_folds)
+    cross = any(ways)
+    if sum(ways) > 1:
+        raise typer.BadParameter("give only one of --leave-one-out, --folds, --own-folds")
     if len(paths) != 2 - cross:
-        needs = "one FOLDER" if cross else "MODEL and FOLDER (or --leave-one-out, or --folds)"
+        needs = "one FOLDER" if cross else "MODEL and FOLDER (or --leave-one-out, --folds, --own-folds)"
         raise typer.BadParameter(f"needs {needs}")
     if cross:
         recipe = _recipe(features, views, size, appearance)
-        found = _described(_labelled(paths[0], scale), recipe, quiet)
-        table, method = _cross_validated(found, folds, repeats, margin or 0.0)
+        sources = _labelled(paths[0], scale, classes, quiet)
+        found = _described(_in_folds(sources) if own_folds else sources, recipe, quiet)
+        if own_folds:
+            table, method = _by_own_folds(found, margin or 0.0)
+        else:
+            table, method = _cross_validated(found, folds, repeats, margin or 0.0)
     else:
         from laserimg.classify import class_table, load_model
 
         model = load_model(paths[0])
         recipe, method = model.recipe, "model"
-        found = _described(_labelled(paths[1], scale), recipe, quiet)
+        found = _described(_labelled(paths[1], scale, classes, quiet), recipe, quiet)
         table = class_table(found.labels, _names(model.classify(found.vectors, margin)), model.labels)
     if out is not None:
         from laserimg.classify.picture import confusion_picture
@@ -187,6 +200,22 @@ def predict(
     _end(found)
 
 
+@app.command()
+def datasets() -> None:
+    """List the public data sets whose objects are read as they are downloaded, and where they are.
+
+    None of them ships with laserimg: mind their licences.
+
+    \b
+      laserimg classify evaluate --leave-one-out kitti/training --features honv+hog
+      laserimg classify train SUSTechPOINTS/data/example --classes car,person,rider -o street.npz
+    """
+    from laserimg.classify.datasets import DATA_SETS
+
+    for one in DATA_SETS:
+        typer.echo(f"{one.name}\n  page     {one.page}\n  licence  {one.licence}\n  files    {one.files}")
+
+
 def _recipe(features: str, views: int, size: bool, appearance: str) -> "Recipe":
     from laserimg.classify import Recipe
     from laserimg.errors import ConfigError
@@ -199,10 +228,36 @@ def _recipe(features: str, views: int, size: bool, appearance: str) -> "Recipe":
         raise typer.BadParameter(str(error)) from None
 
 
-def _labelled(folder: Path, scale: float) -> list["Source"]:
+def _labelled(folder: Path, scale: float, classes: str, quiet: bool) -> list["Source"]:
     from laserimg.classify.sources import labelled_sources
+    from laserimg.cli.progress import track
 
-    return labelled_sources(folder, scale)
+    found = labelled_sources(folder, scale, lambda files: track(files, len(files), "reading", quiet))
+    if not classes:
+        return found
+    wanted, known = classes.split(","), {source.label for source in found}
+    if missing := [name for name in wanted if name not in known]:
+        raise typer.BadParameter(
+            f"no object is of class {missing[0]}; there are {', '.join(sorted(known))}",
+            param_hint="--classes",
+        )
+    return [source for source in found if source.label in wanted]
+
+
+def _in_folds(sources: list["Source"]) -> list["Source"]:
+    from laserimg.errors import LabelError
+
+    found = [source for source in sources if source.fold >= 0]
+    if not found:
+        raise LabelError("these objects come without folds; give --folds 5, for example")
+    return found
+
+
+def _by_own_folds(found: "Described", margin: float) -> tuple["ClassTable", str]:
+    from laserimg.classify.validation import given_folds
+
+    decisions = given_folds(found.vectors, found.labels, found.folds)
+    return _table_of(decisions, found.labels, margin), "folds of the data set"
 
 
 def _described(

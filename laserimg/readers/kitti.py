@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from laserimg.errors import ScanError
 from laserimg.files import read_bytes
@@ -25,7 +26,18 @@ def read_kitti(path: Path) -> Iterator[Scan]:
     ScanError
         If the file is cut off, or is other binary data.
     """
-    data = read_bytes(path)
+    table = read_table(read_bytes(path))
+    yield scan_from_points(table[:, :3], table[:, 3])
+
+
+def read_table(data: bytes) -> NDArray[np.float64]:
+    """Return the (n, 4) points and reflectances of the bytes of a KITTI file.
+
+    Raises
+    ------
+    ScanError
+        If the file is cut off, or is other binary data.
+    """
     if not data or len(data) % _BYTES_PER_POINT:
         raise ScanError(f"is cut off or not a KITTI file: {len(data)} bytes are no whole number of points")
     with np.errstate(invalid="ignore"):
@@ -33,4 +45,4 @@ def read_kitti(path: Path) -> Iterator[Scan]:
     length, known = ranges_of(table[:, :3])
     if not (known & (length < _MAX_M)).mean() > _PLAUSIBLE_SHARE:
         raise ScanError(f"not a KITTI file: few points within {_MAX_M:.0f} m")
-    yield scan_from_points(table[:, :3], table[:, 3])
+    return table

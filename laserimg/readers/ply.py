@@ -33,14 +33,20 @@ def read_ply(path: Path) -> Iterator[Scan]:
     ScanError
         If the file is cut off, not a PLY file, or has no x, y, z.
     """
-    records = read_vertices(read_bytes(path))
+    yield scan_from_points(*points_of(read_vertices(read_bytes(path))))
+
+
+def points_of(
+    records: NDArray[np.void],
+) -> tuple[NDArray[np.float64], NDArray[np.float64] | None, NDArray[np.intp] | None]:
+    """Return the (n, 3) points of vertices, their reflectance and their ring, where they have one."""
     names = records.dtype.names or ()
     intensity, ring = intensity_field(names), ring_field(names)
     with np.errstate(invalid="ignore", over="ignore"):
         points = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
         values = None if intensity is None else records[intensity].astype(np.float64)
         beams = None if ring is None else records[ring].astype(np.intp)
-    yield scan_from_points(points, values, beams)
+    return points, values, beams
 
 
 def read_vertices(data: bytes) -> NDArray[np.void]:

@@ -10,6 +10,11 @@ from laserimg.formats.boxes3d.model import Labels3D
 from laserimg.formats.boxes3d.sustech import read_sustech_labels
 
 
+def labels_file(scan: Path) -> Path | None:
+    """Return the file with the labels of a scan, from where its data set keeps them; None without one."""
+    return next((path for path in _places(scan).values() if path.is_file()), None)
+
+
 def labels_beside(scan: Path) -> Labels3D:
     """Return the labels of a scan file, from where its data set keeps them.
 
@@ -24,16 +29,23 @@ def labels_beside(scan: Path) -> Labels3D:
     MissingExtraError
         For Argoverse without pyarrow.
     """
+    places = _places(scan)
+    file = labels_file(scan)
+    if file is None:
+        known = ", ".join(f"{place} ({name})" for name, place in places.items())
+        raise LabelError(f"{scan}: no labels beside it: needs {known}")
+    if file == places["KITTI"]:
+        return read_kitti_labels(file, file.parent.parent / "calib" / file.name)
+    if file == places["SUSTech POINTS"]:
+        return read_sustech_labels(file)
+    return read_argoverse_labels(file, int(stem(scan)))
+
+
+def _places(scan: Path) -> dict[str, Path]:
     folder, name = scan.absolute().parent.parent, stem(scan)
-    kitti, sustech = folder / "label_2" / f"{name}.txt", folder / "label" / f"{name}.json"
-    argoverse = folder.parent / "annotations.feather"
-    if kitti.is_file():
-        return read_kitti_labels(kitti, folder / "calib" / f"{name}.txt")
-    if sustech.is_file():
-        return read_sustech_labels(sustech)
-    if argoverse.is_file() and name.isdecimal():
-        return read_argoverse_labels(argoverse, int(name))
-    raise LabelError(
-        f"{scan}: no labels beside it: needs {kitti} (KITTI), {sustech} (SUSTech POINTS) "
-        f"or {argoverse} (Argoverse 2)"
-    )
+    places = {
+        "KITTI": folder / "label_2" / f"{name}.txt",
+        "SUSTech POINTS": folder / "label" / f"{name}.json",
+    }
+    # The timestamp is the name.
+    return places | ({"Argoverse 2": folder.parent / "annotations.feather"} if name.isdecimal() else {})

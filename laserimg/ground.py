@@ -166,8 +166,11 @@ def _most_held(points: NDArray[np.float64], up: NDArray[np.float64]) -> Plane | 
     sample = points[random.permutation(len(points))[:_SAMPLE]]
     # Near ground is denser: a return counts with its distance, as it stands for more of the ground.
     weight = np.sqrt(np.linalg.norm(sample, axis=1))
-    held = weight @ (np.abs(sample @ normals.T - offsets) <= CLEARANCE_M / 2)
-    best = int(np.argmax(held))
+    distance = sample @ normals.T - offsets
+    held = weight @ (np.abs(distance) <= CLEARANCE_M / 2)
+    # Nothing lies under the ground: a level slice through facades may hold as much, but has much below.
+    under = weight @ (distance < -CLEARANCE_M)
+    best = int(np.argmax(held - under))
     return Plane(normals[best], float(offsets[best]))
 
 

@@ -117,3 +117,17 @@ def test_semantickitti(data):
     counted = (label > 0) & (np.linalg.norm(points, axis=1) < 30)
     truth, mask = np.isin(label, (40, 44, 48, 49, 72))[counted], found.mask[counted]
     assert (truth & mask).sum() / (truth | mask).sum() > 0.97
+
+
+def test_a_level_slice_through_facades_is_no_ground():
+    """Far facades hold more in any 0.2 m of height than the little ground seen between cars."""
+    random = np.random.default_rng(4)
+    floor = np.column_stack([random.uniform(-3, 3, (2500, 2)), random.normal(-1.9, 0.02, 2500)])
+    facades = np.column_stack(
+        [np.full(7500, 40.0), random.uniform(-20, 20, 7500), random.uniform(-1.9, 0.5, 7500)]
+    )
+    ground = ground_of_points(np.concatenate([floor, facades]))
+    assert ground is not None
+    assert ground.plane.offset_m == pytest.approx(-1.9, abs=0.05)
+    assert ground.mask[:2500].all()
+    assert ground.mask[2500:].mean() < 0.2

@@ -12,17 +12,19 @@ object's points over the ground, and at least 80 % of the cluster lies in the ob
 
 import argparse
 import contextlib
-import json
 import os
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from laserimg.clusters import LINK
+from laserimg.formats.boxes3d import Box3D, labels_beside
 from laserimg.ground import CLEARANCE_M, ground_of_points, ground_of_scan
+from laserimg.object_clusters import object_clusters
 from laserimg.rbnn import rbnn
 from laserimg.readers import read_file
 from laserimg.scan import Scan
@@ -33,10 +35,17 @@ RELLIS_RECORD = [
     ("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("t", "<u4"), ("reflectivity", "<u2"),
     ("ring", "u1"), ("noise", "<u2"), ("range", "<u4"),
 ]  # fmt: skip
-SUSTECH_RECORD = np.dtype(
-    {"names": ["x", "y", "z"], "formats": ["<f4"] * 3, "offsets": [0, 4, 8], "itemsize": 48}
-)
-PEOPLE = ("Pedestrian", "Rider")
+SETS = {
+    "sustech": "sustech/data/example/lidar/*.pcd",
+    "argoverse": "argoverse2/*/sensors/lidar/*.feather",
+    "kitti": "kitti/training/velodyne/*.bin",
+}
+KINDS = {
+    **dict.fromkeys(("pedestrian", "rider", "cyclist", "person_sitting"), "person"),
+    **dict.fromkeys(("car", "van", "regular_vehicle"), "car"),
+}
+CARRIER_M = 0.5
+FEWEST = 10
 
 
 def semantickitti() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -87,44 +96,70 @@ def of_points(scan: Scan, mask: np.ndarray, points: np.ndarray) -> np.ndarray:
     return mask[scan.valid][KDTree(scan.points()[scan.valid]).query(points)[1]]
 
 
-def sustech() -> Iterator[tuple[np.ndarray, list[dict]]]:
-    """Yield the points and the labelled boxes of every scan."""
-    folder = DATA / "sustech/data/example"
-    for file in sorted((folder / "lidar").glob("*.pcd")):
-        data = file.read_bytes()
-        count = int(data.split(b"\nPOINTS ")[1].split()[0])
-        start = data.index(b"\n", data.index(b"\nDATA ") + 1) + 1
-        records = np.frombuffer(data, SUSTECH_RECORD, count=count, offset=start)
-        points = np.stack([records[axis] for axis in "xyz"], axis=-1).astype(float)
-        points = points[np.isfinite(points).all(axis=1) & (np.linalg.norm(points, axis=1) > 0.5)]
-        yield points, json.loads((folder / "label" / f"{file.stem}.json").read_text())
+def labelled_scans() -> Iterator[tuple[str, Scan, tuple[Box3D, ...]]]:
+    """Yield the set, the scan and the boxes in the scanner's frame; each lidar of a vehicle is a scan."""
+    for name, pattern in SETS.items():
+        for file in sorted(DATA.glob(pattern)):
+            boxes = labels_beside(file).boxes
+            for scan in read_file(file):
+                yield name, scan, tuple(in_frame_of(scan, box) for box in boxes)
 
 
-def inside(points: np.ndarray, box: dict, grown: float) -> np.ndarray:
-    """Return which points are in a labelled box, grown by some metres."""
-    at, size, turn = (np.array([box["psr"][k][a] for a in "xyz"]) for k in ("position", "scale", "rotation"))
-    local = (points - at) @ Rotation.from_euler("XYZ", turn).as_matrix()
-    return (np.abs(local) <= size / 2 + grown).all(axis=1)
+def in_frame_of(scan: Scan, box: Box3D) -> Box3D:
+    """Return a box of the file's frame in the scanner's."""
+    turn, at = scan.world_from_scan[:3, :3], scan.world_from_scan[:3, 3]
+    return replace(box, centre=(box.centre - at) @ turn, axes=turn.T @ box.axes)
 
 
-def print_objects(ratio: float, clearance_m: float, least: int = 50) -> None:
-    """Print the share of labelled objects that are one cluster of their own."""
-    found: dict[str, list[bool]] = {"car": [], "person": []}
-    for points, boxes in sustech():
-        ground = ground_of_points(points, clearance_m=clearance_m)
-        objects = points if ground is None else points[~ground.mask]
-        labels = rbnn(objects, ratio, 10)
-        for box in boxes:
-            kind = "person" if box["obj_type"] in PEOPLE else "car" if box["obj_type"] == "Car" else None
-            own = labels[inside(objects, box, 0.05)]
-            if kind is None or len(own) < least:
-                continue
-            cluster = int(np.bincount(own).argmax())
-            of_cluster = inside(objects[labels == cluster], box, 0.2)
-            one = cluster > 0 and (own == cluster).mean() >= 0.8 and of_cluster.mean() >= 0.8
-            found[kind].append(bool(one))
-    for kind, each in found.items():
-        print(f"sustech {kind}: {sum(each)} of {len(each)} are one cluster of their own")
+def print_objects(ratio: float, clearance_m: float) -> None:
+    """Print the share of labelled objects that are one cluster of their own, and why the others are not."""
+    ways: dict[str, Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]] = {
+        f"RBNN {ratio:.4f}": lambda points, _, up: rbnn(points, ratio, FEWEST),
+        f"RBNN {0.6 * ratio:.4f}": lambda points, _, up: rbnn(points, 0.6 * ratio, FEWEST),
+        f"height / 5, {ratio:.4f}": lambda points, _, up: rbnn(
+            points - np.outer(points @ up, 0.8 * up), ratio, FEWEST
+        ),
+        "object clusters": lambda points, height, up: object_clusters(points, height, up, ratio, FEWEST),
+    }
+    tables = {way: Counter() for way in ways}
+    for name, scan, boxes in labelled_scans():
+        points = scan.points()[scan.valid & (scan.range > CARRIER_M)].astype(float)
+        ground = ground_of_points(points, scan.up, clearance_m)
+        if ground is None:
+            print(f"{scan.source}: no ground")
+            continue
+        points, height = points[~ground.mask], ground.height[~ground.mask]
+        for way, clusters in ways.items():
+            labels = clusters(points, height, scan.up)
+            for box in boxes:
+                tables[way].update(verdict(points, labels, box, name))
+    print(
+        f"\n{'clusters':20}{'kind':8}" + "".join(f"{name:16}" for name in [*SETS, "all"]) + "split   merged"
+    )
+    for way, table in tables.items():
+        for kind in ("person", "car"):
+            cells = [(table[kind, name, "one"], table[kind, name, "seen"]) for name in SETS]
+            cells.append(tuple(map(sum, zip(*cells, strict=True))))
+            texts = "".join(f"{one} of {seen}".ljust(16) for one, seen in cells)
+            print(f"{way:20}{kind:8}{texts}{table[kind, 'split']:<8}{table[kind, 'merged']}")
+
+
+def verdict(points: np.ndarray, labels: np.ndarray, box: Box3D, name: str) -> Iterator[tuple[str, ...]]:
+    """Yield what to count of an object: that it is seen, is one cluster, is split, is merged with others."""
+    kind = KINDS.get(box.kind)
+    own = labels[box.holds(points, 0.05)]
+    if kind is None or len(own) < 50:
+        return
+    cluster = int(np.bincount(own).argmax())
+    yield kind, name, "seen"
+    whole = cluster > 0 and (own == cluster).mean() >= 0.8
+    pure = cluster > 0 and box.holds(points[labels == cluster], 0.2).mean() >= 0.8
+    if whole and pure:
+        yield kind, name, "one"
+    if not whole:
+        yield kind, "split"
+    if whole and not pure:
+        yield kind, "merged"
 
 
 def print_speed(ratio: float) -> None:

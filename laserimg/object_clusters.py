@@ -1,0 +1,145 @@
+"""Clusters of points, one an object: gaps in height are bridged, and what only touches is cut apart."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import KDTree
+
+from laserimg.clusters import LINK
+from laserimg.errors import ScanError
+from laserimg.polar_cells import starts_of
+from laserimg.rbnn import numbered, rbnn
+from laserimg.regions import MIN_PIXELS, Labels
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+# What other values give is in docs/clusters_of_points.md.
+# Heights are divided by so much where points are linked: the lower beams of spinning scanners are 5 degrees
+# apart, a windscreen gives no return, and objects stand beside each other more often than above.
+BRIDGE = 5.0
+# The same where clusters are cut, and the radii of the cuts as shares of the radius of the links.
+CUT_BRIDGE = 2.0
+CUTS = (1.0, 0.63, 0.4, 0.25)
+# A piece that can be an object: as tall as a wheel of a bicycle is not, no taller than people and cars are.
+MIN_TALL_M = 0.7
+MAX_TOP_M = 2.5
+MIN_PIECE = 30
+
+# Farther than any two points of one scan: keeps clusters apart in one tree.
+_APART_M = 1e6
+
+
+def object_clusters(
+    points: ArrayLike,
+    height_m: ArrayLike,
+    up: ArrayLike = (0.0, 0.0, 1.0),
+    ratio: float = LINK,
+    min_points: int = MIN_PIXELS,
+) -> Labels:
+    """Return the clusters of points without their ground, of which most are one object each.
+
+    1. RBNN of the points with a fifth of their height.
+    2. For smaller and smaller radii, down to a quarter: RBNN of the points with half their height. Where
+       two pieces or more of a cluster have 30 points and 0.7 m from top to bottom, those that reach no higher
+       than 2.5 m over the ground become clusters. What is taller stays together; the
+       other pieces go to the nearest.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        Metres from the scanner, without ground.
+    height_m : (n,) array
+        Of every point over the ground, as `ground_of_points` gives it.
+    up : (3,) array
+        Unit vector.
+    ratio : float
+        Radius in metres at a range of 1 m; from 0.0004 to 0.5.
+    min_points : int
+
+    Returns
+    -------
+    (n,) array of int32
+        Numbered from 1 in the order of their first points; 0 = no cluster.
+
+    Raises
+    ------
+    ScanError
+        If the points are not (n, 3), or the heights not (n,).
+    ConfigError
+        If `ratio` is out of bounds.
+
+    Notes
+    -----
+    Differs from paper 1, section 4.1, which takes the clusters of RBNN as they are (`rbnn`): two
+    people who touch are one there, and a car that several beams miss is many.
+
+    Examples
+    --------
+    >>> z = np.tile(np.arange(0.3, 1.7, 0.05), 2)
+    >>> y = np.repeat([0.0, 0.3], 28) + np.where(np.abs(z - 1) < 0.03, [0.12] * 28 + [-0.12] * 28, 0)
+    >>> people = np.column_stack([np.full(56, 10.0), y, z - 1.5]).repeat(2, axis=0)
+    >>> int(rbnn(people).max()), int(object_clusters(people, people[:, 2] + 1.5).max())
+    (1, 2)
+    """
+    array, height = np.asarray(points, np.float64), np.asarray(height_m, np.float64)
+    if array.ndim != 2 or array.shape[1] != 3 or height.shape != array.shape[:1]:
+        raise ScanError(f"points must be (n, 3) and heights (n,), got {array.shape} and {height.shape}")
+    vertical = np.asarray(up, np.float64)
+    labels = rbnn(_flattened(array, vertical, BRIDGE), ratio, min_points).astype(np.intp)
+    flat = _flattened(array, vertical, CUT_BRIDGE)
+    for share in CUTS:
+        labels = _cut(labels, rbnn(flat, ratio * share, 1), flat, height)
+    found = np.zeros(len(array), np.int32)
+    found[labels > 0] = numbered(labels[labels > 0], min_points) if labels.any() else 0
+    return found
+
+
+def _flattened(points: Array, up: Array, divisor: float) -> Array:
+    """Return the points with a part of their height over the scanner."""
+    return points - np.outer(points @ up, up * (1 - 1 / divisor))
+
+
+def _cut(labels: Indices, pieces: Labels, points: Array, height: Array) -> Indices:
+    """Give the pieces of clusters that can be objects of their own a label of their own."""
+    held = np.flatnonzero(labels)
+    if len(held) == 0:
+        return labels
+    order = held[np.lexsort((pieces[held], labels[held]))]
+    start = starts_of(pieces[order], labels[order])
+    count = np.diff(start, append=len(order))
+    low, high = np.minimum.reduceat(height[order], start), np.maximum.reduceat(height[order], start)
+    parent = labels[order[start]]
+    whole = (count >= MIN_PIECE) & (high - low >= MIN_TALL_M)
+    several = np.bincount(parent[whole], minlength=int(parent.max()) + 1) > 1
+    free = whole & several[parent] & (high <= MAX_TOP_M)
+    label = np.where(free, int(parent.max()) + np.cumsum(free), parent)
+    opened = np.isin(parent, parent[free])
+    crumbs = np.repeat(opened & ~whole, count)
+    targets = np.repeat(opened & whole, count)
+    of_points = np.repeat(label, count)
+    if crumbs.any():
+        nearest = _nearest(points[order], np.repeat(parent, count), targets, crumbs)
+        of_points[crumbs] = _of_whole_pieces(
+            np.repeat(np.arange(len(start)), count)[crumbs], nearest, of_points
+        )
+    found = labels.copy()
+    found[order] = of_points
+    return found
+
+
+def _nearest(points: Array, parent: Indices, targets: NDArray, crumbs: NDArray) -> tuple[Array, Indices]:
+    """Return the distance and the place of the nearest target of the same cluster, for every crumb."""
+    places = np.column_stack([points, parent * _APART_M])
+    distance, at = KDTree(places[targets]).query(places[crumbs])
+    return distance, np.flatnonzero(targets)[at]
+
+
+def _of_whole_pieces(piece: Indices, nearest: tuple[Array, Indices], of_points: Indices) -> Indices:
+    """Return the label that each point of a piece gets: that of the target nearest to any point of it."""
+    distance, at = nearest
+    order = np.lexsort((distance, piece))
+    start = starts_of(piece[order])
+    best = of_points[at[order[start]]]
+    found = np.empty(len(piece), np.intp)
+    found[order] = np.repeat(best, np.diff(start, append=len(order)))
+    return found

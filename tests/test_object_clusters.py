@@ -1,0 +1,119 @@
+"""Clusters that are objects: people who touch, cars with beams missing, facades."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_array_equal
+
+from laserimg.errors import ConfigError, ScanError
+from laserimg.object_clusters import object_clusters
+from laserimg.rbnn import rbnn
+
+SCANNER_M = 1.7
+
+
+def upright(x, y, width=0.4, low=0.25, high=1.75, step=0.05):
+    """A board of points facing the scanner: (n, 3) with the height over the ground as z."""
+    across, up = np.meshgrid(np.arange(-width / 2, width / 2 + 1e-9, step), np.arange(low, high, step))
+    return np.stack([np.full(across.size, x), y + across.ravel(), up.ravel()], axis=-1)
+
+
+def clusters(*things, **options):
+    """Labels of each thing, one array each."""
+    points = np.concatenate(things)
+    height = points[:, 2].copy()
+    labels = object_clusters(points - [0, 0, SCANNER_M], height, **options)
+    return np.split(labels, np.cumsum([len(thing) for thing in things])[:-1])
+
+
+def the_only(labels):
+    assert len(set(labels.tolist())) == 1
+    return int(labels[0])
+
+
+def hand(x, y, other, z=1.1):
+    """Two returns in a gap, so that no step is wider than the radius of the links."""
+    return np.array([[x, at, z] for at in np.linspace(y, other, 4)[1:-1]])
+
+
+def test_two_people_who_touch():
+    one, other = upright(10, 0), upright(10, 0.8)
+    between = hand(10, 0.2, 0.6)
+    points = np.concatenate([one, other, between]) - [0, 0, SCANNER_M]
+    assert rbnn(points).max() == 1
+    first, second, held = clusters(one, other, between)
+    assert the_only(first) != the_only(second)
+    assert set(held) <= {first[0], second[0]}
+
+
+def test_a_person_before_a_facade():
+    person, facade = upright(11.6, 0), upright(12, 0, width=8, high=7, step=0.1)
+    assert rbnn(np.concatenate([person, facade]) - [0, 0, SCANNER_M]).max() == 1
+    first, second = clusters(person, facade)
+    assert the_only(first) != the_only(second)
+
+
+def test_a_car_that_beams_miss_is_one():
+    rings = [upright(5, 0, width=4, low=z, high=z + 0.01) for z in (0.3, 0.65, 1.0, 1.35)]
+    assert rbnn(np.concatenate(rings) - [0, 0, SCANNER_M]).max() == 4
+    labels = np.concatenate(clusters(*rings))
+    assert the_only(labels) == 1
+
+
+def test_what_is_taller_than_people_and_cars_stays_together():
+    """Two halves of a facade, 0.6 m apart: not cut. Two people, the same: cut."""
+    for high, count in ((6.0, 1), (1.8, 2)):
+        halves = upright(12, 0, 1.5, high=high), upright(12, 2.1, 1.5, high=high)
+        labels = np.concatenate(clusters(*halves, hand(12, 0.75, 1.35)))
+        assert labels.max() == count
+
+
+def test_low_pieces_are_no_objects():
+    """A bicycle beside its rider: 0.5 m high, so not cut off."""
+    rider, wheel = upright(10, 0), upright(10, 0.7, 0.6, high=0.7)
+    labels = np.concatenate(clusters(rider, wheel))
+    assert the_only(labels) == 1
+
+
+def test_up_may_be_any_direction():
+    one, other = upright(10, 0), upright(10, 0.8)
+    points = np.concatenate([one, other, hand(10, 0.2, 0.6)])
+    height = points[:, 2].copy()
+    points[:, 2] -= SCANNER_M
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    assert_array_equal(
+        object_clusters(points, height), object_clusters(points @ turn.T, height, up=turn[:, 2])
+    )
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000))
+def test_the_order_of_the_points_does_not_matter(seed):
+    random = np.random.default_rng(seed)
+    things = [upright(x, y) for x, y in random.uniform((6, -3), (14, 3), (12, 2))]
+    points = np.concatenate(things) + 0.01 * random.normal(size=(sum(map(len, things)), 3))
+    height = points[:, 2].copy()
+    points[:, 2] -= SCANNER_M
+    order = random.permutation(len(points))
+    one, other = object_clusters(points, height), object_clusters(points[order], height[order])
+    pairs = set(zip(one[order].tolist(), other.tolist(), strict=True))
+    assert len(pairs) == len(set(one.tolist())) == len(set(other.tolist()))
+    assert one.max() == len(set(one.tolist()) - {0})
+
+
+def test_nothing_and_noise():
+    assert object_clusters(np.zeros((0, 3)), []).tolist() == []
+    assert object_clusters([[np.nan, 0, 0], [0, 0, 0], [5, 0, 0]], [0, 0, 1]).tolist() == [0, 0, 0]
+    assert clusters(upright(10, 0), min_points=10_000)[0].max() == 0
+
+
+def test_wrong_input():
+    with pytest.raises(
+        ScanError, match=r"points must be \(n, 3\) and heights \(n,\), got \(4, 3\) and \(3,\)"
+    ):
+        object_clusters(np.ones((4, 3)), np.ones(3))
+    with pytest.raises(ConfigError, match="ratio must be"):
+        object_clusters(np.ones((4, 3)), np.ones(4), ratio=2)
+    with pytest.raises(ConfigError, match="ratio must be"):
+        object_clusters(np.ones((4, 3)), np.ones(4), ratio=0.0002)

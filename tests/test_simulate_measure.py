@@ -9,6 +9,7 @@ from laserimg.simulate.materials import Material
 from laserimg.simulate.measure import simulated
 from laserimg.simulate.mesh import box, mesh_of, pose_at, sheet
 from laserimg.simulate.scanner import SCANNERS
+from laserimg.simulate.scanner.head import beams_shot
 from laserimg.simulate.things import Scene, Thing
 
 pytest.importorskip("embreex")
@@ -29,7 +30,7 @@ def scanned(*things, scanner=LMS, seed=0):
 def test_noise_rounding_and_truth_in_a_room(name):
     scanner = SCANNERS[name]
     noise = scanner.noise._replace(weakest_m=scanner.noise.white_m)
-    scanner = replace(scanner, noise=noise, min_range_m=0.3, shot=None)
+    scanner = replace(scanner, noise=noise, min_range_m=0.3, head=None)
     room = Thing("room", box((6, 4, 3), "plaster"))
     scene = Scene((room,), (pose_at(1, 0.5, 1, 90),), "room")
     result = simulated(scene, 0, scanner, 7)
@@ -143,17 +144,39 @@ def test_reflectance_is_whole_numbers_that_fall_with_range_and_incidence_as_the_
     assert ratio.std() == pytest.approx(LMS.noise.power * LMS.intensity.exponent, rel=0.1)
 
 
-def test_an_interlaced_fan_on_a_swinging_head_shows_combs_as_the_protocol_times_them():
-    """Odd beams are a mirror turn later than even ones, in which the head has moved on by 0.25 degrees."""
+def test_an_interlaced_fan_on_a_swinging_head_is_late_as_the_protocol_times_it():
+    """Odd beams are a mirror turn, half a row, later than even ones; a turn starts at the right."""
     swing = SCANNERS["lms200_swing"]
-    seen = scanned(Thing("wall", upright(9, 60, 60)), scanner=swing)
-    assert seen.scan.directions is not swing.shot
-    tilt = np.degrees(np.arctan2(swing.shot[..., 2], swing.shot[..., 0]))[:, 1:-1]
-    reported = np.degrees(np.arctan2(swing.directions[..., 2], swing.directions[..., 0]))[:, 1:-1]
-    late = reported - tilt
-    ahead = 180 - 1  # column 180 is straight ahead, the 180th from the right: even, from the first turn
-    np.testing.assert_allclose(late[:, ahead], 18.75 * 0.01332 * 0.25, atol=1e-3)
-    np.testing.assert_allclose(late[:, ahead + 1], 18.75 * 0.01332 * (1 + 179 / 2 / 360), atol=1e-3)
+    even = swing.head._replace(wave_deg=0.0)
+    shot = beams_shot(swing.directions, even, np.random.default_rng(0))
+    tilts = [np.degrees(np.arctan2(d[..., 2], d[..., 0]))[:, 1:-1] for d in (swing.directions, shot)]
+    late = (tilts[0] - tilts[1]) / (tilts[0][0, 0] - tilts[0][1, 0])
+    # Column 180, the 179th of these, is straight ahead: 90 degrees from the right, an even beam.
+    np.testing.assert_allclose(late[:, 179], 0.25 / 2, atol=1e-3)
+    np.testing.assert_allclose(late[:, 178], (1 + 90.5 / 360) / 2, atol=1e-3)
+    np.testing.assert_allclose(late[:, -1], (1 + 0.5 / 360) / 2, atol=1e-3)
+
+
+def test_a_wave_of_the_tilt_is_the_same_for_a_row_and_within_half_and_double():
+    swing = SCANNERS["lms200_swing"]
+    still = swing.head._replace(late_deg=np.zeros(361))
+    for seed in range(20):
+        shot = beams_shot(swing.directions, still, np.random.default_rng(seed))
+        tilts = [np.degrees(np.arctan2(d[..., 2], d[..., 0]))[:, 1:-1] for d in (swing.directions, shot)]
+        error = tilts[1] - tilts[0]
+        assert np.ptp(error, axis=1).max() < 1e-3
+        assert 0.45 * still.wave_deg < error[:, 0].std() < 2.1 * still.wave_deg
+        crossings = (np.diff(np.sign(error[:, 0])) != 0).sum()
+        assert 226 / (2 * still.wave_rows) - 2 < crossings / 2 < 226 / (still.wave_rows / 2) + 2
+
+
+def test_what_a_swinging_head_sees_is_reported_where_it_did_not_look():
+    wall = Thing("wall", upright(4, 20, 20))
+    errors = [
+        np.abs(seen.scan.points()[..., 0] - 4)[(seen.scan.range > 0) & (seen.scan.directions[..., 2] > 0.6)]
+        for seen in (scanned(wall, scanner=SCANNERS[name]) for name in ("lms200_tilt", "lms200_swing"))
+    ]
+    assert np.median(errors[1]) > 3 * np.median(errors[0])
 
 
 @pytest.mark.parametrize(("name", "shape"), [("spinning64", (64, 2083)), ("spinning128", (128, 1024))])

@@ -75,7 +75,7 @@ def pixels_alone(mesh: Mesh, scanner: Scanner, world_from_scan: NDArray[np.float
     world_from_scan : (4, 4) array
     """
     own = mesh.moved(np.linalg.inv(world_from_scan))
-    echoes = echoes_along(Caster(own), np.zeros(3), _towards(scanner.beams.reshape(-1, 3), own.vertices))
+    echoes = echoes_along(Caster(own), np.zeros(3), _towards(scanner.directions.reshape(-1, 3), own.vertices))
     within = (echoes.distance >= scanner.min_range_m) & (echoes.distance <= scanner.max_range_m)
     return len(np.unique(echoes.ray[within & (echoes.power >= scanner.receiver.weakest)]))
 

@@ -12,6 +12,7 @@ from laserimg.simulate.footprint import AROUND, near_edges, rays_around
 from laserimg.simulate.mesh import joined
 from laserimg.simulate.receiver import received
 from laserimg.simulate.scanner import Scanner
+from laserimg.simulate.scanner.head import beams_shot
 from laserimg.simulate.scanner.model import Intensity
 from laserimg.simulate.things import Scene
 
@@ -98,8 +99,8 @@ def simulated(
     caster, owner = stage.caster, stage.owner
     pose, shape = scene.scanners[scanner_index], scanner.directions.shape[:2]
     turn = pose[:3, :3].astype(np.float32)
-    along = scanner.beams.reshape(-1, 3) @ turn.T
     rng = np.random.default_rng(seed)
+    along = beams_shot(scanner.directions, scanner.head, rng).reshape(-1, 3) @ turn.T
     middle = echoes_along(caster, pose[:3, 3], along)
     exact, power = _measured(caster, pose[:3, 3], along, middle, scanner, rng)
     range_m = _reported_range(exact, power, scanner, rng)

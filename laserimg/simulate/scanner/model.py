@@ -6,6 +6,7 @@ from typing import NamedTuple
 from laserimg.scan import Float32Array
 from laserimg.simulate.footprint import Beam
 from laserimg.simulate.receiver import Receiver
+from laserimg.simulate.scanner.head import Head
 
 
 class Noise(NamedTuple):
@@ -70,8 +71,8 @@ class Scanner:
     receiver : Receiver
     noise : Noise
     intensity : Intensity
-    shot : (H, W, 3) array of float32, optional
-        Where the beams really went, on a head that moved while one angle was taken for a whole row.
+    head : Head, optional
+        That tilts the fan and does not report its tilt exactly.
     """
 
     name: str
@@ -84,9 +85,4 @@ class Scanner:
     receiver: Receiver
     noise: Noise
     intensity: Intensity
-    shot: Float32Array | None = None
-
-    @property
-    def beams(self) -> Float32Array:
-        """(H, W, 3) unit vectors of where the beams went."""
-        return self.directions if self.shot is None else self.shot
+    head: Head | None = None

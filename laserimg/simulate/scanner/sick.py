@@ -5,17 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from laserimg.projection import directions_from_angles
-from laserimg.scan import Float32Array
 from laserimg.simulate.footprint import Beam
 from laserimg.simulate.receiver import Receiver
+from laserimg.simulate.scanner.head import Head, tilting_fan
 from laserimg.simulate.scanner.model import Intensity, Noise, Scanner
 
-
-def tilting_fan(fan: np.ndarray, tilt: np.ndarray) -> Float32Array:
-    """Return (H, W, 3) beams of a fan at angles (W,) that tilts about y by (H,) radians, up positive."""
-    a, t = np.meshgrid(fan, tilt)
-    beams = np.stack([np.cos(a) * np.cos(t), np.sin(a), np.cos(a) * np.sin(t)], axis=-1)
-    return beams.astype(np.float32)
+LMS200_TILT_DEG, LMS200_ROWS = (67.6, -48.7), 226
 
 
 def lms200_tilt() -> Scanner:
@@ -23,12 +18,13 @@ def lms200_tilt() -> Scanner:
 
     Technical Description 8008970: a 12 mm beam that grows by 4.4 mrad, 10 m at 10 % reflectivity, 5 mm
     noise (1 sigma to 8 m), millimetres to 32 m in mode 06h. From two public recordings (3DTK, dat/), as
-    `docs/simulate.md` shows: tilts from -48.7 to 67.6 degrees in 226 slices; ranges in steps of
+    `docs/simulate.md` describes them: tilts from -48.7 to 67.6 degrees in 226 slices; ranges in steps of
     8.1-8.7 mm, which make the rings; noise of 3 mm at 1 m and 7 mm at 10 m, rings included; mixed pixels
     at gaps up to 1.2 m. The 0.3 m minimum is our assumption. The reflectivity values are not linear and
     have no unit (Telegram Listing 8007954): a square root to 13000 is our assumption.
     """
-    fan, tilt = np.radians(np.linspace(90, -90, 361)), np.radians(np.linspace(67.6, -48.7, 226))
+    fan = np.radians(np.linspace(90, -90, 361))
+    tilt = np.radians(np.linspace(*LMS200_TILT_DEG, LMS200_ROWS))
     return Scanner(
         "lms200_tilt",
         tilting_fan(fan, tilt),
@@ -43,24 +39,20 @@ def lms200_tilt() -> Scanner:
     )
 
 
-def lms200_swing(head_deg_s: float = 18.75) -> Scanner:
-    """Return the LMS 200 of `lms200_tilt` on a head that swings down without a stop, unaccounted for.
+def lms200_swing() -> Scanner:
+    """Return the LMS 200 of `lms200_tilt` on a servo that swings down without a stop, unaccounted for.
 
     One tilt is taken for a scan of two mirror turns of 13.32 ms: whole degrees come from the first, half
     degrees from the second, each angle/360 turns after its start, counted from the right (Telegram
-    Listing 8007954). At 500 kBd a scan takes 26.64 ms, in which a head at 18.75 degrees a second moves by
-    0.5 degrees.
+    Listing 8007954); in the 26.64 ms the head moves on by one row. The servo does not swing evenly: in
+    both 3DTK recordings ceiling and floor show errors of the tilt of 0.4-0.5 degrees (standard deviation)
+    that go up and down once in 9 rows; a scan draws half to double of both.
     """
-    still = lms200_tilt()
-    columns = np.arange(361)
-    from_right = 360 - columns
-    seconds = (from_right % 2 + from_right / 2 / 360) * 0.01332
-    fan, tilt = np.radians(90 - columns / 2), np.radians(np.linspace(67.6, -48.7, 226))
-    late = tilt[:, None] - np.radians(head_deg_s) * seconds
-    beams = np.stack(
-        [np.cos(fan) * np.cos(late), np.sin(fan) + 0 * late, np.cos(fan) * np.sin(late)], axis=-1
-    )
-    return replace(still, name="lms200_swing", shot=beams.astype(np.float32))
+    from_right = 360 - np.arange(361)
+    turns = from_right % 2 + from_right / 2 / 360
+    pitch_deg = (LMS200_TILT_DEG[0] - LMS200_TILT_DEG[1]) / (LMS200_ROWS - 1)
+    head = Head(late_deg=turns / 2 * pitch_deg, wave_deg=0.4, wave_rows=9.0)
+    return replace(lms200_tilt(), name="lms200_swing", head=head)
 
 
 def lms151_turn() -> Scanner:

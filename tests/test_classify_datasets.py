@@ -50,12 +50,12 @@ def sydney(tmp_path):
     return folder
 
 
-def test_sydney_columns_are_read_as_they_are_named(tmp_path):
+def test_sydney_columns_are_read_as_they_are_named_and_turned_upright(tmp_path):
     (tmp_path / "car.0.1.csv").write_text(
         "t,intensity,id,x,y,z,azimuth,range,pid\n" + "T1,7,3,1,2,3,4,5,6\n" * 10
     )
     cloud = read_sydney(tmp_path / "car.0.1.csv")
-    np.testing.assert_array_equal(cloud.points, np.tile([1.0, 2, 3], (10, 1)))
+    np.testing.assert_array_equal(cloud.points, np.tile([1.0, -2, -3], (10, 1)))
     np.testing.assert_array_equal(cloud.reflectance, np.full(10, 7.0))
 
 

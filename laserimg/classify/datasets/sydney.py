@@ -2,9 +2,12 @@
 
 De Deuge, Quadros, Hung, Douillard 2013, "Unsupervised feature learning for classification of outdoor 3D
 scans", ACRA. Columns: t, intensity, id, x, y, z, azimuth, range, pid. ``folds/fold0.txt`` to ``fold3.txt``
-name the files of the four parts that are left out in turn; objects of other classes are in none.
+name the files of the four parts that are left out in turn; objects of other classes are in none. The files'
+z points down, as public loaders that turn it have it (the data's page does not say): objects are turned by
+half a turn about x.
 """
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +20,8 @@ from laserimg.files import read_bytes, read_start
 from laserimg.scan import Float32Array
 
 _COLUMNS = 9
+_UPRIGHT = np.array([1.0, -1.0, -1.0])
+_NAME = re.compile(r"\w+\.\d+\.\d+\.csv")
 _NAMES = ["t", "intensity", "id", "x", "y", "z", "azimuth", "range", "pid"]
 
 
@@ -62,7 +67,7 @@ def read_sydney(path: Path) -> ObjectCloud:
         if len(fields) != _COLUMNS:
             raise ScanError(f"line {number} has {len(fields)} fields, not {_COLUMNS}")
     table = np.array(rows, np.float64).reshape(-1, _COLUMNS - 1)
-    return ObjectCloud(table[:, 2:5], table[:, 0])
+    return ObjectCloud(table[:, 2:5] * _UPRIGHT, table[:, 0])
 
 
 def _source(file: Path, fold: int) -> Source:
@@ -73,13 +78,14 @@ def _source(file: Path, fold: int) -> Source:
 
 
 def _is_sydney(file: Path) -> bool:
-    """Nine columns of which the first is a time or its name, not a number."""
+    """Nine columns, in a file named like car.23.17038.csv or with a time or its name in the first."""
     try:
         first = read_start(file, 512).decode("ascii", "replace").splitlines()[0]
     except (LaserImgError, IndexError):
         return False
     fields = [field.strip() for field in first.split(",")]
-    return len(fields) == _COLUMNS and (fields == _NAMES or "T" in fields[0])
+    named = _NAME.fullmatch(file.name) is not None
+    return len(fields) == _COLUMNS and (named or fields == _NAMES or "T" in fields[0])
 
 
 def _folds(folder: Path) -> dict[str, int]:

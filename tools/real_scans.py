@@ -158,10 +158,8 @@ def main() -> None:
     if arguments.json:
         print(json.dumps({"rows": [asdict(row) for row in rows], "missed": missed}, indent=1))
         return
-    partly = [
-        f"{real.name}: {' and '.join(real.partly)} far away are not labelled" for real in SETS if real.partly
-    ]
-    print("\n".join([HEADING, *map(str, rows), *partly, "", "missed:", *missed]))
+    notes = [f"{one.name}: {one.note}" for one in SETS if one.note]
+    print("\n".join([HEADING, *map(str, rows), *notes, "", "missed:", *missed]))
 
 
 if __name__ == "__main__":

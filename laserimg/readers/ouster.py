@@ -86,5 +86,5 @@ def _check_shapes(arrays: Mapping[str, NDArray], shape: tuple[int, ...]) -> None
     for key in _NEEDED[1:]:
         if not np.isfinite(arrays[key]).all():
             raise ScanError(f"{key} holds values that are not finite")
-    if (np.diff(arrays["beam_altitude_deg"]) >= 0).any():
+    if arrays["beam_altitude_deg"][0] <= arrays["beam_altitude_deg"][-1]:
         raise ScanError("beam_altitude_deg must fall from row to row: row 0 is the highest beam")

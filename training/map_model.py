@@ -24,6 +24,7 @@ from laserimg.classify import ObjectModel, Recipe, class_table, save_model
 from laserimg.classify.svm import LinearClassifier
 from laserimg.classify.training import sharpness
 from laserimg.clusters import LINK
+from laserimg.descriptors import Layout
 from laserimg.scan import Scan
 from laserimg.semantic_map.segments import described_clusters, segments_of
 from laserimg.simulate.measure import simulated
@@ -51,15 +52,15 @@ CLASS_OF = {"window": "building", "door": "building", "hedge": "tree"}
 # Things that are none of the paper's classes are neither trained nor counted.
 CLASSES = ("building", "car", "person", "pole", "tree")
 # Of one class and scanner.
-MOST_OF_A_CLASS, MOST_OF_A_SCENE = 300, 20
+MOST_OF_A_CLASS, MOST_OF_A_SCENE = 300, 12
 # Decision values closer than this are "unknown".
 MARGIN = 0.15
 
 
 class Described(NamedTuple):
-    """Clusters: vectors of either recipe, class and number of returns of each."""
+    """Clusters: vectors of the recipe "map", class and number of returns of each."""
 
-    vectors: dict[str, NDArray]
+    vectors: NDArray
     labels: NDArray
     points: NDArray
 
@@ -117,7 +118,7 @@ def _described(scan: Scan, names: NDArray, times: int) -> Described:
     labels = np.array([_majority(names.ravel()[cluster.pixels]) for cluster in clusters])
     kept = np.flatnonzero(labels == UNDERSEGMENTED if times > 1 else labels != "")
     chosen = [clusters[place] for place in kept]
-    vectors = {name: described_clusters(scan, chosen, recipe) for name, recipe in MODELS.items()}
+    vectors = described_clusters(scan, chosen, MODELS["map"])
     return Described(vectors, labels[kept], np.array([len(cluster.pixels) for cluster in chosen], int))
 
 
@@ -136,7 +137,7 @@ def _majority(names: NDArray) -> str:
 def joined(parts: list[Described]) -> Described:
     """Return all clusters together."""
     return Described(
-        {name: np.concatenate([part.vectors[name] for part in parts]) for name in MODELS},
+        np.concatenate([part.vectors for part in parts]),
         np.concatenate([part.labels for part in parts]).astype(str),
         np.concatenate([part.points for part in parts]),
     )
@@ -160,8 +161,7 @@ def _capped(found: Described, most: int) -> Described:
     """Keep at most so many clusters of a class, drawn with a fixed seed."""
     random = np.random.default_rng(0)
     kept = np.sort(np.concatenate(list(_chosen(found.labels, most, random))))
-    vectors = {name: values[kept] for name, values in found.vectors.items()}
-    return Described(vectors, found.labels[kept], found.points[kept])
+    return Described(found.vectors[kept], found.labels[kept], found.points[kept])
 
 
 def _chosen(labels: NDArray, most: int, random: np.random.Generator) -> Iterator[NDArray]:
@@ -170,29 +170,40 @@ def _chosen(labels: NDArray, most: int, random: np.random.Generator) -> Iterator
         yield random.permutation(np.flatnonzero(labels == label))[:most]
 
 
+def vectors_of(name: str, found: Described) -> NDArray:
+    """Return the vectors of a recipe: those without HOG are a part of those with it, scaled anew."""
+    if name == "map":
+        return found.vectors
+    honv = found.vectors[:, : Layout().honv_length]
+    length = np.linalg.norm(honv, axis=1, keepdims=True)
+    return np.concatenate([honv / np.where(length > 0, length, 1), found.vectors[:, -3:]], axis=1)
+
+
 def trained(name: str, found: Described, test: Described) -> ObjectModel:
     """Train a model; its confidences are fitted to the scenes of the test."""
-    machine = LinearClassifier().fit(found.vectors[name], found.labels)
-    decisions = np.asarray(machine.decision_function(test.vectors[name]))
+    machine = LinearClassifier().fit(vectors_of(name, found), found.labels)
+    decisions = np.asarray(machine.decision_function(vectors_of(name, test)))
     labels = tuple(str(label) for label in machine.classes_)
     place = np.array([labels.index(label) for label in test.labels])
     sharp = sharpness(decisions, place)
     return ObjectModel(labels, machine.weights_, machine.bias_, MODELS[name], sharp, MARGIN)
 
 
-def print_table(name: str, model: ObjectModel, test: Described) -> None:
+def print_table(name: str, scanner: str, model: ObjectModel, test: Described) -> None:
     """Print what the clusters of the test scenes were taken for."""
-    found = np.array([one.label for one in model.classify(test.vectors[name.split(",")[0]])])
+    vectors = vectors_of(name, test)
+    found = np.array([one.label for one in model.classify(vectors)])
     table = class_table(test.labels, found, model.labels)
     low, high = table.interval()
     weight = (found == test.labels) @ test.points / test.points.sum()
-    print(f"{name}: {len(test.labels)} clusters, accuracy {table.accuracy:.4f} ({low:.4f} to {high:.4f}), "
-          f"balanced {table.balanced_accuracy:.4f}, of returns {weight:.4f}")  # fmt: skip
+    print(f"{name}, {scanner}: {len(test.labels)} clusters, accuracy {table.accuracy:.4f} "
+          f"({low:.4f} to {high:.4f}), balanced {table.balanced_accuracy:.4f}, of returns {weight:.4f}")  # fmt: skip
     for margin in (0, 0.1, 0.2, 0.3, 0.5):
-        found = np.array([one.label for one in model.classify(test.vectors[name.split(",")[0]], margin)])
+        found = np.array([one.label for one in model.classify(vectors, margin)])
         known = found != "unknown"
         right = np.mean(found[known] == test.labels[known])
         print(f"  margin {margin}: {known.mean():.3f} known, of these {right:.4f} right")
+    print(f"  {'':<15}{'  '.join(table.labels)}  unknown")
     for label, row in zip(table.labels, table.counts.astype(int).tolist(), strict=True):
         print(f"  {label:<15}{row}")
 
@@ -214,7 +225,7 @@ def main() -> None:
     for name in MODELS:
         model = trained(name, found, joined(list(test.values())))
         for scanner, clusters in test.items():
-            print_table(f"{name}, {scanner}", model, clusters)
+            print_table(name, scanner, model, clusters)
         save_model(options.out / f"{name}.npz", model)
 
 

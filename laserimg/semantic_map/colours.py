@@ -21,6 +21,8 @@ COLOURS: Mapping[str, Colour] = MappingProxyType(
         "person": (45, 110, 255),
         "tree": (52, 178, 74),
         "pole": (235, 52, 48),
+        # What was learnt as none of these: street furniture, fences, bicycles, lorries.
+        "other": (170, 150, 185),
         UNKNOWN: (128, 132, 140),
         UNDERSEGMENTED: (250, 240, 250),
         GROUND: (236, 236, 232),

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from laserimg.classify import class_table
+from laserimg.scan import Scan
+from laserimg.simulate.measure import Simulated
 from paper_one.controls import by_shape, by_size, shape_numbers
-from paper_one.objects import FEW, FRAGMENT, MIXED, OTHER, Truth, collected, truth_of
+from paper_one.objects import FEW, FRAGMENT, MIXED, OTHER, Truth, collected, things_measured, truth_of
 from paper_one.plan import Plan
 from paper_one.run import run_of, without_scans
 from paper_one.tables import paper_table
@@ -31,12 +33,13 @@ def truth(*runs: tuple[int, int], seen: int = 20) -> Truth:
         ([(5, 17), (0, 2)], Truth("Tree", "hedge", MIXED)),  # 89 % one thing
         ([(3, 9), (4, 11)], Truth("Car", "car", MIXED)),  # two cars
         ([(1, 12), (2, 10)], Truth("Building", "facade")),  # a wall and its window
+        ([(2, 12)], Truth("Building", "facade", FRAGMENT)),  # a window alone
         ([(1, 12), (2, 10), (3, 3)], Truth("Building", "facade", MIXED)),
         ([(1, 8), (2, 8), (3, 9)], Truth("Building", "facade", MIXED)),  # the class has the majority
         ([(3, 11)], Truth("Car", "car")),
         ([(3, 9)], Truth("Car", "car", FEW)),
         ([(0, 15), (3, 5)], Truth("", "ground", OTHER)),
-        ([(-1, 15)], Truth("", "ground", OTHER)),  # points that hit nothing
+        ([(-1, 15)], Truth("", "ground", OTHER)),  # no votes
     ],
 )
 def test_a_cluster_is_what_most_of_its_points_hit(runs, wanted):
@@ -46,6 +49,18 @@ def test_a_cluster_is_what_most_of_its_points_hit(runs, wanted):
 def test_a_cluster_with_less_than_half_of_its_thing_is_a_fragment():
     assert truth((3, 12), seen=24) == Truth("Car", "car")
     assert truth((3, 12), seen=25) == Truth("Car", "car", FRAGMENT)
+
+
+def test_mixed_pixels_have_no_vote():
+    """Two points show the car; one lies between things, one beam is off every thing, one has no return."""
+    shape = (2, 3)
+    directions = np.tile(np.array([1, 0, 0], np.float32), (*shape, 1))
+    scan = Scan(np.array([[5.0, 5.1, 6.5], [5.0, 0.0, 8.0]], np.float32), directions)
+    truth_m = np.array([[5.0, 5.0, 8.0], [0.0, 8.0, 8.1]], np.float32)
+    thing = np.array([[3, 3, 0], [-1, 0, 0]], np.int32)
+    simulation = Simulated(scan, thing, truth_m, np.zeros((*shape, 3), np.float32))
+    assert things_measured(simulation, PLAN).tolist() == [3, 3, -1, -1, -1, 0]
+    assert truth((3, 12), (-1, 12)) == Truth("Car", "car")
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +80,7 @@ def test_a_run_classifies_the_images_of_the_plan(small):
 
 def test_a_class_that_never_appears_stops_the_run(small):
     with pytest.raises(SystemExit, match=r"seed 901: 1 Ship missing after 1 scans"):
-        collected(Plan(901, most_scans=1, images={"Ship": 1}))
+        collected(Plan(901, ("park",), most_scans=1, images={"Ship": 1}))
 
 
 def test_shape_numbers_tell_line_plane_and_ball():

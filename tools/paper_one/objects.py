@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from laserimg.classify import ObjectImages, crop_of_scan
+from laserimg.classify import ObjectImages, crop_of_pixels
 from laserimg.ground import ground_of_points
 from laserimg.rbnn import rbnn
 from laserimg.scan import Scan
@@ -14,7 +14,7 @@ from laserimg.simulate.measure import Simulated, simulated
 from laserimg.simulate.scanner import SCANNERS
 from laserimg.simulate.scenes import SCENES
 from laserimg.simulate.things import Scene
-from paper_one.plan import CLASS_OF, Plan
+from paper_one.plan import CLASS_OF, PARTS, Plan
 
 # Why a cluster is no object.
 FEW, OTHER, MIXED, FRAGMENT = "too few points", "no class of the paper", "undersegmented", "fragment"
@@ -78,7 +78,7 @@ def objects_of_scan(plan: Plan, name: str, number: int) -> Iterator[tuple[Truth,
     """Yield the truth of every cluster of a scan, with the object if it is one."""
     scene, simulation = simulated_scan(plan, name, number)
     scan, names = simulation.scan, names_of(scene)
-    hit = np.where(scan.valid, simulation.thing, -1).ravel()
+    hit = things_measured(simulation, plan)
     seen = np.bincount(hit[hit >= 0], minlength=len(names))
     clusters = clusters_of(scan).ravel()
     order = np.argsort(clusters, kind="stable")
@@ -91,11 +91,10 @@ def objects_of_scan(plan: Plan, name: str, number: int) -> Iterator[tuple[Truth,
 
 def found_in(scan: Scan, pixels: np.ndarray, truth: Truth, where: str) -> Found:
     """Return the object at the given pixels."""
-    mask = np.zeros(scan.range.size, np.bool_)
-    mask[pixels] = True
-    mask = mask.reshape(scan.shape)
-    points = scan.points()[mask].astype(np.float64) @ scan.world_from_scan[:3, :3].T
-    return Found(truth, crop_of_scan(scan, mask), points, where, float(np.median(scan.range[mask])))
+    range_m = scan.range.ravel()[pixels]
+    points = (range_m[:, None] * scan.directions.reshape(-1, 3)[pixels]).astype(np.float64)
+    upright = points @ scan.world_from_scan[:3, :3].T
+    return Found(truth, crop_of_pixels(scan, pixels), upright, where, float(np.median(range_m)))
 
 
 def simulated_scan(plan: Plan, name: str, number: int) -> tuple[Scene, Simulated]:
@@ -116,6 +115,17 @@ def clusters_of(scan: Scan) -> np.ndarray:
     return image
 
 
+def things_measured(simulation: Simulated, plan: Plan) -> np.ndarray:
+    """Return the thing (H * W,) whose range each pixel has, -1 where that is not known.
+
+    The truth of a pixel is what the beam's middle hits. A beam of 15 mrad is three pixels wide: at the
+    edge of a thing it measures something else, or a range between two things.
+    """
+    scan = simulation.scan
+    own = scan.valid & (np.abs(scan.range - simulation.truth_range) <= plan.off_m)
+    return np.where(own, simulation.thing, -1).ravel()
+
+
 def names_of(scene: Scene) -> list[tuple[str, str]]:
     """Return the class in the paper, "" for none, and the kind of every thing."""
     return [(CLASS_OF.get(one.label or one.kind, ""), one.kind) for one in scene.things]
@@ -127,24 +137,25 @@ def truth_of(things: np.ndarray, seen: np.ndarray, names: list[tuple[str, str]],
     Parameters
     ----------
     things : (n,) array of int
-        The thing that each point hit, -1 for none.
+        The thing that each point shows, -1 for those that are not known: they have no vote.
     seen : (t,) array of int
-        Returns of every thing in the whole scan.
+        Points that show each thing in the whole scan.
     names : list of (class, kind)
         Of every thing; the class is "" for what is none of the paper's.
     plan : Plan
         A Building is one thing with its windows, its doors and the houses of its row.
     """
     counts = np.bincount(things[things >= 0], minlength=len(names))
-    labels = np.array([label for label, _ in names])
+    labels, kinds = (np.array(part) for part in zip(*names, strict=True))
     votes = {label: int(counts[labels == label].sum()) for label in sorted(set(labels.tolist()))}
     label = max(votes, key=votes.__getitem__)
-    most = int(np.argmax(np.where(labels == label, counts, -1)))
+    wholes = (labels == label) & ~np.isin(kinds, PARTS)
+    most = int(np.argmax(np.where(wholes, counts, -1)))
     own = votes[label] if label == "Building" else int(counts[most])
     reasons = (
         (FEW, len(things) < plan.least_points),
         (OTHER, not label or not own),
-        (MIXED, own < plan.purity * len(things)),
-        (FRAGMENT, counts[most] < plan.whole * seen[most]),
+        (MIXED, own < plan.purity * counts.sum()),
+        (FRAGMENT, not counts[most] or counts[most] < plan.whole * seen[most]),
     )
-    return Truth(label, names[most][1], next((reason for reason, holds in reasons if holds), ""))
+    return Truth(label, str(kinds[most]), next((reason for reason, holds in reasons if holds), ""))

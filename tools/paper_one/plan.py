@@ -15,9 +15,11 @@ CLASS_OF = {
     "hedge": "Tree",
     "pole": "Pole",
 }
+# Of a building, but no building by themselves.
+PARTS = ("window", "door")
 # Paper 1, table 1, in its order.
 IMAGES = {"Building": 103, "Car": 104, "Human": 124, "Tree": 131, "Pole": 28}
-SEEDS = (101, 102, 103, 104)
+SEEDS = (101, 102, 103)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,10 +37,12 @@ class Plan:
         Of each kind of scene.
     least_points : int
         Fewer returns than this are no image.
+    off_m : float
+        A point farther than this from what the middle of its beam hits is a mixed pixel, and has no vote.
     purity : float
-        Smallest share of a cluster that is one thing; below, it is undersegmented.
+        Smallest share of the votes in a cluster for one thing; below, it is undersegmented.
     whole : float
-        Smallest share of the returns of its thing that a cluster has; below, it is a fragment.
+        Smallest share of the points that show its thing in a cluster; below, it is a fragment.
     images : dict of str to int
         Objects of each class: the first ones found.
     """
@@ -48,6 +52,7 @@ class Plan:
     scanner: str = "lms151_turn"
     most_scans: int = 120
     least_points: int = 100
+    off_m: float = 0.2
     purity: float = 0.9
     whole: float = 0.5
     images: dict[str, int] = field(default_factory=lambda: dict(IMAGES))

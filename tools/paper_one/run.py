@@ -5,6 +5,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from laserimg.classify import Recipe, describe_images
 from laserimg.classify.left_out import decided
@@ -53,7 +54,12 @@ class Run:
 
 
 def run_of(plan: Plan) -> Run:
-    """Make the scans of a seed and classify their objects."""
+    """Make the scans of a seed and classify their objects, with one thread."""
+    with threadpool_limits(1):
+        return _run(plan)
+
+
+def _run(plan: Plan) -> Run:
     start = time.perf_counter()
     pool = collected(plan)
     run = Run(plan, pool.found, pool.refused, pool.scans)

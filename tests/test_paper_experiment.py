@@ -9,7 +9,7 @@ from laserimg.simulate.measure import Simulated
 from paper_one.controls import by_shape, by_size, shape_numbers
 from paper_one.objects import FEW, FRAGMENT, MIXED, OTHER, Truth, collected, things_measured, truth_of
 from paper_one.plan import Plan
-from paper_one.run import run_of, without_scans
+from paper_one.run import left_out, run_of
 from paper_one.tables import paper_table
 
 PLAN = Plan(900, least_points=10)
@@ -103,16 +103,12 @@ def test_controls_tell_poles_from_boxes():
     assert (by_shape(poles + boxes, labels) == labels).all()
 
 
-def test_whole_scans_are_left_out():
-    """An object whose class only its own scan shows cannot be told once that is left out."""
-    vectors = np.array([[1, 0, 0], [1, 0.1, 0], [0, 1, 0], [0.1, 1, 0], [0, 0, 1], [0, 0.1, 1]])
-    labels = np.array(["a", "a", "b", "b", "c", "c"])
-    assert (
-        without_scans(vectors, labels, np.array(["1", "2", "1", "2", "1", "2"])).tolist() == labels.tolist()
-    )
-    lone = without_scans(vectors, labels, np.array(["1", "2", "1", "2", "3", "3"]))
-    assert lone[:4].tolist() == ["a", "a", "b", "b"]
-    assert "c" not in lone[4:]
+def test_an_object_that_has_no_part_is_neither_classified_nor_learnt_from():
+    vectors = np.array([[1, 0], [1, 0.1], [0, 1], [0.1, 1], [1, 0.05], [1, 0.02]])
+    labels = np.array(["a", "a", "b", "b", "b", "b"])
+    among = np.array([True, True, True, True, False, False])
+    assert left_out(vectors, labels, among).tolist() == ["a", "a", "b", "b", "", ""]
+    assert left_out(vectors, labels, ~among | True).tolist() != ["a", "a", "b", "b", "b", "b"]
 
 
 def test_the_table_reads_as_the_papers():

@@ -15,6 +15,8 @@ CLASS_OF = {
     "hedge": "Tree",
     "pole": "Pole",
 }
+# What has a class although the paper shows none of it.
+FURTHER = ("hedge", "low_wall")
 # Of a building, but no building by themselves.
 PARTS = ("window", "door")
 # Paper 1, table 1, in its order.

@@ -8,16 +8,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from laserimg.classify import Recipe, describe_images
-from laserimg.classify.left_out import decided
-from laserimg.classify.svm import C
 from laserimg.classify.validation import leave_one_out, predicted
 from paper_one.controls import by_shape, by_size
 from paper_one.objects import Found, collected
-from paper_one.plan import Plan
+from paper_one.plan import FURTHER, Plan
 
 PAPER = {"HONV": "honv", "HONV and HOG": "honv+hog", "3DHOG": "3dhog"}
 SETS = {**PAPER, "3DHOG and HOG": "3dhog+hog"}
-OF_RANGE, WITH_SIZE, WHOLE_SCANS = ", gradients of range", " + size", ", whole scans left out"
+OF_RANGE, WITH_SIZE, USUAL = ", gradients of range", " + size", ", no hedges and low walls"
 SIZE_ONLY, SHAPE = "size only (RBF)", "global shape (random forest)"
 # Numbers of the size, at the end of a description.
 _SIZES = 3
@@ -35,7 +33,7 @@ class Run:
         Clusters that are no objects, by reason and class.
     scans : int
     taken_for : dict of str to (n,) array of str
-        The class of every object by each way of classifying.
+        The class of every object by each way of classifying; "" for one that has no part in it.
     seconds : dict of str to float
         What each part took.
     """
@@ -75,26 +73,24 @@ def _run(plan: Plan) -> Run:
 
 
 def _classify(run: Run, name: str, recipe: Recipe) -> None:
-    """Leave each object out, without and with its size; where reflectance counts, whole scans as well."""
+    """Leave each object out; where reflectance counts, also with its size, and without `FURTHER` kinds."""
     start = time.perf_counter()
     vectors = np.stack([describe_images(one.images, one.points, recipe) for one in run.found])
     described = time.perf_counter()
     plain = vectors[:, :-_SIZES]
-    run.taken_for[name] = predicted(leave_one_out(plain, run.labels), run.labels)
+    everything = np.ones(len(run.found), np.bool_)
+    run.taken_for[name] = left_out(plain, run.labels, everything)
     run.seconds[f"{name}: descriptors"] = described - start
     run.seconds[f"{name}: leave-one-out"] = time.perf_counter() - described
     if recipe.appearance == "reflectance":
-        run.taken_for[name + WITH_SIZE] = predicted(leave_one_out(vectors, run.labels), run.labels)
-        scans = np.array([one.scan for one in run.found])
-        run.taken_for[name + WHOLE_SCANS] = without_scans(plain, run.labels, scans)
+        usual = np.array([one.truth.kind not in FURTHER for one in run.found])
+        run.taken_for[name + WITH_SIZE] = left_out(vectors, run.labels, everything)
+        run.taken_for[name + USUAL] = left_out(plain, run.labels, usual)
+        run.taken_for[name + WITH_SIZE + USUAL] = left_out(vectors, run.labels, usual)
 
 
-def without_scans(vectors: np.ndarray, labels: np.ndarray, scans: np.ndarray) -> np.ndarray:
-    """Return the class (n,) of every object by machines that saw no object of its scan."""
-    kernel = vectors.astype(np.float64) @ vectors.astype(np.float64).T
-    decisions = np.empty((len(labels), len(np.unique(labels))))
-    for scan in np.unique(scans):
-        train, test = np.flatnonzero(scans != scan), np.flatnonzero(scans == scan)
-        for column, label in enumerate(np.unique(labels)):
-            decisions[test, column] = decided(kernel, train, test, labels == label, C)
-    return predicted(decisions, labels)
+def left_out(vectors: np.ndarray, labels: np.ndarray, among: np.ndarray) -> np.ndarray:
+    """Return the class (n,) of every object of a mask by a machine of the others in it; "" for the rest."""
+    found = np.full(len(labels), "", labels.dtype)
+    found[among] = predicted(leave_one_out(vectors[among], labels[among]), labels[among])
+    return found

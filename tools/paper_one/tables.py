@@ -14,7 +14,8 @@ from paper_one.run import Run
 def pooled(runs: list[Run], name: str) -> ClassTable:
     """Return the table of one way of classifying over all seeds."""
     truth = np.concatenate([run.labels for run in runs])
-    return class_table(truth, np.concatenate([run.taken_for[name] for run in runs]), tuple(IMAGES))
+    taken = np.concatenate([run.taken_for[name] for run in runs])
+    return class_table(truth[taken != ""], taken[taken != ""], tuple(IMAGES))
 
 
 def paper_table(table: ClassTable) -> Iterator[str]:
@@ -34,8 +35,8 @@ def comparison(runs: list[Run]) -> Iterator[str]:
     for name in runs[0].taken_for:
         table = pooled(runs, name)
         low, high = table.interval()
-        each = " ".join(f"{100 * (run.taken_for[name] == run.labels).mean():.1f}" for run in runs)
-        wrong = f"{table.images.sum() - table.correct.sum():.0f}"
+        each = " ".join(f"{100 * pooled([run], name).accuracy:.1f}" for run in runs)
+        wrong = f"{table.images.sum() - table.correct.sum():.0f} of {table.images.sum():.0f}"
         shown = f"{table.accuracy:.1%}", f"{low:.1%} to {high:.1%}", each, f"{table.balanced_accuracy:.1%}"
         yield line(name, *shown, wrong)
 

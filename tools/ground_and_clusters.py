@@ -3,6 +3,7 @@
     python tools/ground_and_clusters.py
     python tools/ground_and_clusters.py --ratio 0.02 --clearance 0.3
     python tools/ground_and_clusters.py --speed
+    python tools/ground_and_clusters.py --simulated 6
 
 Ground: IoU against the labels within 30 m, points without a label left out; with vegetation counted as
 "not ground", and with vegetation left out as Patchwork++ does. Objects: of labelled cars and people with at
@@ -15,7 +16,7 @@ import contextlib
 import os
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -111,9 +112,12 @@ def in_frame_of(scan: Scan, box: Box3D) -> Box3D:
     return replace(box, centre=(box.centre - at) @ turn, axes=turn.T @ box.axes)
 
 
-def print_objects(ratio: float, clearance_m: float) -> None:
-    """Print the share of labelled objects that are one cluster of their own, and why the others are not."""
-    ways: dict[str, Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]] = {
+Way = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
+
+def ways_of(ratio: float) -> dict[str, Way]:
+    """Return the ways to cluster points, given with their heights over the ground and the vertical."""
+    return {
         f"RBNN {ratio:.4f}": lambda points, _, up: rbnn(points, ratio, FEWEST),
         f"RBNN {0.6 * ratio:.4f}": lambda points, _, up: rbnn(points, 0.6 * ratio, FEWEST),
         f"height / 5, {ratio:.4f}": lambda points, _, up: rbnn(
@@ -121,6 +125,11 @@ def print_objects(ratio: float, clearance_m: float) -> None:
         ),
         "object clusters": lambda points, height, up: object_clusters(points, height, up, ratio, FEWEST),
     }
+
+
+def print_objects(ratio: float, clearance_m: float) -> None:
+    """Print the share of labelled objects that are one cluster of their own, and why the others are not."""
+    ways = ways_of(ratio)
     tables = {way: Counter() for way in ways}
     for name, scan, boxes in labelled_scans():
         points = scan.points()[scan.valid & (scan.range > CARRIER_M)].astype(float)
@@ -132,34 +141,66 @@ def print_objects(ratio: float, clearance_m: float) -> None:
         for way, clusters in ways.items():
             labels = clusters(points, height, scan.up)
             for box in boxes:
-                tables[way].update(verdict(points, labels, box, name))
-    print(
-        f"\n{'clusters':20}{'kind':8}" + "".join(f"{name:16}" for name in [*SETS, "all"]) + "split   merged"
-    )
-    for way, table in tables.items():
-        for kind in ("person", "car"):
-            cells = [(table[kind, name, "one"], table[kind, name, "seen"]) for name in SETS]
-            cells.append(tuple(map(sum, zip(*cells, strict=True))))
-            texts = "".join(f"{one} of {seen}".ljust(16) for one, seen in cells)
-            print(f"{way:20}{kind:8}{texts}{table[kind, 'split']:<8}{table[kind, 'merged']}")
+                own = box.holds(points, 0.05)
+                grown = box.holds(points, 0.2)
+                tables[way].update(verdict(labels, own, grown, KINDS.get(box.kind), name))
+    print_table(tables, ("person", "car"), SETS)
 
 
-def verdict(points: np.ndarray, labels: np.ndarray, box: Box3D, name: str) -> Iterator[tuple[str, ...]]:
+def print_simulated(ratio: float, clearance_m: float, count: int) -> None:
+    """Print the same for the things of simulated streets, seen by 64 turning beams."""
+    from laserimg.simulate.measure import simulated
+    from laserimg.simulate.scanner import SCANNERS
+    from laserimg.simulate.scenes import SCENES
+
+    ways = ways_of(ratio)
+    tables = {way: Counter() for way in ways}
+    for seed in range(count):
+        scene = SCENES["street"](np.random.default_rng(200 + seed))
+        seen = simulated(scene, 0, SCANNERS["spinning64"], seed)
+        returned = seen.scan.valid & (seen.scan.range > CARRIER_M)
+        points, thing = seen.scan.points()[returned].astype(float), seen.thing[returned]
+        ground = ground_of_points(points, seen.scan.up, clearance_m)
+        assert ground is not None
+        points, height, thing = points[~ground.mask], ground.height[~ground.mask], thing[~ground.mask]
+        for way, clusters in ways.items():
+            labels = clusters(points, height, seen.scan.up)
+            for number, label in enumerate(one.label for one in scene.things):
+                own = thing == number
+                tables[way].update(verdict(labels, own, own, label or "other", "streets"))
+    kinds = {key[0] for table in tables.values() for key in table}
+    print_table(tables, sorted(kinds), ("streets",))
+
+
+def verdict(
+    labels: np.ndarray, own: np.ndarray, grown: np.ndarray, kind: str | None, name: str
+) -> Iterator[tuple[str, ...]]:
     """Yield what to count of an object: that it is seen, is one cluster, is split, is merged with others."""
-    kind = KINDS.get(box.kind)
-    own = labels[box.holds(points, 0.05)]
-    if kind is None or len(own) < 50:
+    if kind is None or own.sum() < 50:
         return
-    cluster = int(np.bincount(own).argmax())
+    cluster = int(np.bincount(labels[own]).argmax())
     yield kind, name, "seen"
-    whole = cluster > 0 and (own == cluster).mean() >= 0.8
-    pure = cluster > 0 and box.holds(points[labels == cluster], 0.2).mean() >= 0.8
+    whole = cluster > 0 and (labels[own] == cluster).mean() >= 0.8
+    pure = cluster > 0 and grown[labels == cluster].mean() >= 0.8
     if whole and pure:
         yield kind, name, "one"
     if not whole:
         yield kind, "split"
     if whole and not pure:
         yield kind, "merged"
+
+
+def print_table(tables: dict[str, Counter], kinds: Iterable[str], names: Iterable[str]) -> None:
+    """Print how many objects of each kind are one cluster of their own."""
+    print(
+        f"\n{'clusters':20}{'kind':12}" + "".join(f"{name:16}" for name in [*names, "all"]) + "split   merged"
+    )
+    for kind in kinds:
+        for way, table in tables.items():
+            cells = [(table[kind, name, "one"], table[kind, name, "seen"]) for name in names]
+            cells.append((sum(one for one, _ in cells), sum(seen for _, seen in cells)))
+            texts = "".join(f"{one} of {seen}".ljust(16) for one, seen in cells)
+            print(f"{way:20}{kind:12}{texts}{table[kind, 'split']:<8}{table[kind, 'merged']}")
 
 
 def print_speed(ratio: float) -> None:
@@ -199,9 +240,13 @@ def main() -> None:
     parser.add_argument("--ratio", type=float, default=LINK)
     parser.add_argument("--clearance", type=float, default=CLEARANCE_M)
     parser.add_argument("--speed", action="store_true")
+    parser.add_argument("--simulated", type=int, metavar="COUNT", help="streets in place of real scans")
     arguments = parser.parse_args()
     if arguments.speed:
         print_speed(arguments.ratio)
+        return
+    if arguments.simulated:
+        print_simulated(arguments.ratio, arguments.clearance, arguments.simulated)
         return
     print_ground()
     print_objects(arguments.ratio, arguments.clearance)

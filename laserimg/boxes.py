@@ -62,6 +62,26 @@ def iou(a: ArrayLike, b: ArrayLike, wrap_width: int | None = None) -> NDArray[np
     return common / (areas - common)
 
 
+def inside_grid(boxes: Boxes, shape: tuple[int, int], wraps: bool) -> Boxes:
+    """Return boxes cut to a grid of (H, W); where it closes a full turn, x is brought into it.
+
+    Examples
+    --------
+    >>> inside_grid(np.array([[-3.0, 1, 6, 9]]), (8, 10), wraps=True).tolist()
+    [[7.0, 1.0, 6.0, 7.0]]
+    """
+    height, width = shape
+    first, last = boxes[:, :2], boxes[:, :2] + boxes[:, 2:]
+    limits = (np.inf, height) if wraps else (width, height)
+    first, last = np.maximum(first, (-np.inf if wraps else 0, 0)), np.minimum(last, limits)
+    size = last - first
+    if wraps:
+        size[:, 0] = np.minimum(size[:, 0], width)
+        first[:, 0] %= width
+        first[first[:, 0] == width, 0] = 0  # the remainder of a tiny negative number
+    return np.concatenate([first, size], axis=1)
+
+
 def split_at_seam(box: ArrayLike, width: int) -> list[tuple[float, float, float, float]]:
     """Return the one or two boxes inside a grid of `width` columns that make up `box`.
 

@@ -16,6 +16,11 @@ TIGHT_LINK = LINK / 1.5
 # The surroundings of a candidate are its box, this many times as wide and as high.
 SURROUNDINGS = 2.0
 
+# Of the returns in a box so many must be of objects for the floor and large planes to be left out.
+LEAST_OBJECTS = 0.3
+# The range of a box is this quantile of its returns': a chair's middle looks through to the wall.
+NEAR = 0.3
+
 
 def matching_region(evidence: Evidence, box: Box, region_inside: float, region_fills: float) -> Region | None:
     """Return the region that a candidate is a picture of.
@@ -55,6 +60,46 @@ def matching_region(evidence: Evidence, box: Box, region_inside: float, region_f
         if whole is not None and best.take(whole, *shares(whole, window, scan.shape, returns)):
             return whole
     return best.region
+
+
+def region_of_box(evidence: Evidence, box: Box, region_inside: float, region_fills: float) -> Region | None:
+    """Return the region of a candidate of a class that asks for no continuity.
+
+    A region that satisfies the shares, as `matching_region` finds it; if there is none, as in front
+    of a door or of stairs that are one with the wall or floor, the returns in the box at its own depth: no
+    farther behind its near ones than it is large. Floor and large planes are left out unless they are
+    most of it.
+
+    Returns
+    -------
+    Region or None
+        None if nothing returned in the box.
+    """
+    region = matching_region(evidence, box, region_inside, region_fills)
+    scan = evidence.scan
+    window = Window.of(box, scan.shape, scan.wraps)
+    returns = window.cut(scan.valid)
+    if region is not None:
+        inside, fills = shares(region, window, scan.shape, returns)
+        if inside > region_inside and fills > region_fills:
+            return region
+    return _near_returns(evidence, window, returns)
+
+
+def _near_returns(evidence: Evidence, window: Window, returns: BoolArray) -> Region | None:
+    scan = evidence.scan
+    objects = window.cut(evidence.partition.objects) & returns
+    taken = objects if objects.sum() >= LEAST_OBJECTS * returns.sum() else returns
+    if not taken.any():
+        return None
+    pixels = window.pixels(scan.shape[1])[taken]
+    ranges = window.cut(scan.range)[taken]
+    near = float(np.quantile(ranges, NEAR))
+    middle = pixels[len(pixels) // 2]
+    across, up = (float(pitch.ravel()[middle]) for pitch in evidence.pitch)
+    reach = near * max(across * len(window.columns), up * (window.rows.stop - window.rows.start))
+    kept = ranges <= near + reach
+    return _region(pixels[kept], ranges[kept], scan.shape[1], scan.wraps)
 
 
 class _Best:

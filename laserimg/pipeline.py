@@ -12,12 +12,12 @@ from laserimg.evidence import Box, Evidence, Window
 from laserimg.geometry.floor import Floor, find_floor
 from laserimg.geometry.pitch import angular_pitch
 from laserimg.images import make_images
-from laserimg.matching import matching_region, shares
+from laserimg.matching import matching_region, region_of_box, shares
 from laserimg.measure import MetricBox, metric_box
 from laserimg.regions import Partition, Region, reference_regions, regions_of
-from laserimg.rules.checks import Check, continuity, demoted_score, no_region, size_rules
+from laserimg.rules.checks import Check, continuity, demoted_score, no_region, size_rules, sure_enough
 from laserimg.rules.file import load_rules
-from laserimg.rules.model import ClassRules, Interval, Rules
+from laserimg.rules.model import SHARES, ClassRules, Interval, Rules
 from laserimg.rules.suppression import MAX_IOU, Claim, suppressed_by
 from laserimg.scan import Scan
 from laserimg.sources import detectors_for
@@ -125,10 +125,14 @@ class Pipeline:
     def __call__(self, scan: Scan) -> Result:
         """Return the detections of one scan, and why the other candidates are none."""
         evidence = self.observe(scan.with_limits(self.min_range, self.max_range))
+        return Result(evidence, self.judge(evidence))
+
+    def judge(self, evidence: Evidence) -> tuple[Finding, ...]:
+        """Return what becomes of every candidate of a scan that was observed."""
         candidates = [candidate for detector in self.detectors for candidate in detector(evidence)]
         regions = [self._region(evidence, candidate) for candidate in candidates]
         findings = [self._judged(evidence, *pair) for pair in zip(candidates, regions, strict=True)]
-        return Result(evidence, self._settled(evidence, findings))
+        return self._settled(evidence, findings)
 
     def observe(self, scan: Scan) -> Evidence:
         """Return images, floor and regions of a scan."""
@@ -146,17 +150,22 @@ class Pipeline:
         rules = self.rules[candidate.label]
         if candidate.region is not None:
             return candidate.region
-        return matching_region(evidence, candidate.box, rules.region_inside, rules.region_fills)
+        if rules.asks_continuity or not candidate.ranked:
+            return matching_region(evidence, candidate.box, rules.region_inside, rules.region_fills)
+        return region_of_box(evidence, candidate.box, SHARES["region_inside"], SHARES["region_fills"])
 
     def _judged(self, evidence: Evidence, candidate: Candidate, region: Region | None) -> Finding:
         rules = self.rules[candidate.label]
+        sure = sure_enough(candidate.score, rules) if candidate.scored else ()
         if region is None:
-            return _finding(candidate, None, None, (no_region(),), rules)
+            return _finding(candidate, None, None, (*sure, no_region()), rules)
         scan = evidence.scan
         window = Window.of(candidate.box, scan.shape, scan.wraps)
         size = metric_box(scan, region, evidence.floor)
         inside, fills = shares(region, window, scan.shape, window.cut(scan.valid))
-        checks = (*continuity(inside, fills, rules), *size_rules(size, rules))
+        asked = rules.asks_continuity or not candidate.ranked
+        continuous = continuity(inside, fills, rules) if asked else ()
+        checks = (*sure, *continuous, *size_rules(size, rules))
         return _finding(candidate, region, size, checks, rules)
 
     def _settled(self, evidence: Evidence, findings: list[Finding]) -> tuple[Finding, ...]:
@@ -181,14 +190,20 @@ def _finding(
     rules: ClassRules,
 ) -> Finding:
     failed = [check.reason for check in checks if not check.passed]
-    accepted = not failed or (rules.on_fail == "demote" and region is not None)
+    unsure = bool(checks) and checks[0].name == "score" and not checks[0].passed
+    accepted = not failed or (rules.on_fail == "demote" and region is not None and not unsure)
     score = demoted_score(candidate.score, checks, rules)
     return Finding(candidate, score, region, size, checks, accepted, "" if accepted else failed[0])
 
 
 def _claim(finding: Finding) -> Claim:
     assert finding.region is not None
-    return Claim(finding.label, finding.score, finding.candidate.source != "regions", finding.region)
+    return Claim(
+        finding.label,
+        finding.score,
+        finding.candidate.scored or finding.candidate.source == "given",
+        finding.region,
+    )
 
 
 def _with_suppression(finding: Finding, winner: Finding | None, overlap: float) -> Finding:

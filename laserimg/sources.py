@@ -3,22 +3,32 @@
 from collections.abc import Iterable, Sequence
 
 from laserimg.detectors.candidate import Detector
+from laserimg.detectors.ranked import RankedDetector
 from laserimg.detectors.regions import RegionDetector
 from laserimg.detectors.search import Scale, WindowDetector
+from laserimg.detectors.second_stage import SecondStage
 from laserimg.detectors.window import WindowModel
+from laserimg.rules.file import load_rules
 from laserimg.rules.model import Rules
+
+_REGIONS = {"regions", "clusters"}
 
 
 def detectors_for(
-    rules: Rules, models: Iterable[WindowModel], override: Sequence[str] = (), scale: Scale = "metric"
+    rules: Rules,
+    models: Iterable[WindowModel | SecondStage],
+    override: Sequence[str] = (),
+    scale: Scale = "metric",
 ) -> tuple[Detector, ...]:
     """Return the detectors that propose candidates for the classes of the rules.
+
+    The second stage of a class scores what its cascades, and regions if it was trained on them, propose.
 
     Parameters
     ----------
     rules : Rules
         Models of classes without rules are left out.
-    models : iterable of WindowModel
+    models : iterable of WindowModel or SecondStage
     override : sequence of str
         Sources for every class in place of those its rules name.
     scale : "metric" or "plain"
@@ -31,12 +41,23 @@ def detectors_for(
     """
     models = list(models)
     if not override:
-        rules.check_sources({model.card.label for model in models})
+        # A copy of the shipped rules has classes that only the shipped detectors find: with others they rest.
+        rules.check_sources({model.card.label for model in models} | set(load_rules().labels))
     wanted = {one.label: set(override or one.sources) for one in rules}
     windows = [
         WindowDetector(model, scale)
         for model in models
-        if ("hog" if model.card.kind == "hog" else "cascade") in wanted.get(model.card.label, set())
+        if not isinstance(model, SecondStage)
+        and ("hog" if model.card.kind == "hog" else "cascade") in wanted.get(model.card.label, set())
     ]
-    from_regions = tuple(label for label, sources in wanted.items() if sources & {"regions", "clusters"})
-    return (*windows, *((RegionDetector(from_regions),) if from_regions else ()))
+    stages = tuple(
+        model
+        for model in models
+        if isinstance(model, SecondStage) and wanted.get(model.card.label, set()) - _REGIONS
+    )
+    served = {stage.card.label for stage in stages}
+    proposing = tuple(window for window in windows if window.model.card.label in served)
+    ranked = (RankedDetector(stages, proposing),) if stages else ()
+    alone = [window for window in windows if window.model.card.label not in served]
+    from_regions = tuple(label for label in wanted if wanted[label] & _REGIONS and label not in served)
+    return (*alone, *ranked, *((RegionDetector(from_regions),) if from_regions else ()))

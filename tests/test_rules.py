@@ -106,6 +106,7 @@ height_above_floor = [-1, 2]
         region_inside=0.0,
         on_fail="demote",
         line=3,
+        asks_continuity=True,
     )
     assert rules["traffic light"].limits == {"height_above_floor": Interval(-1, 2)}
     assert rules["traffic light"].sources == ("cascade", "hog")
@@ -226,7 +227,13 @@ def test_any_text_is_rules_or_a_config_error(text):
 
 def test_every_key_is_read():
     for key in KEYS:
-        value = {"from": '["hog"]', "on_fail": '"demote"', "region_inside": "0.5", "region_fills": "0.4"}
+        value = {
+            "from": '["hog"]',
+            "on_fail": '"demote"',
+            "region_inside": "0.5",
+            "region_fills": "0.4",
+            "score": "0.5",
+        }
         parse_rules(f"format = 1\n[bin]\n{key} = {value.get(key, '[1, 2]')}\n")
 
 

@@ -18,7 +18,9 @@ from laserimg.cli import (
     show,
     simulate,
     train,
+    train_from_mesh,
     train_hog,
+    train_recipe,
     truth,
 )
 
@@ -60,6 +62,8 @@ app.command()(info.info)
 app.command()(convert.convert)
 app.command()(images.images)
 train.app.command()(train_hog.hog)
+train.app.command()(train_recipe.recipe)
+train.app.command("from-mesh")(train_from_mesh.from_mesh)
 app.add_typer(train.app)
 app.command()(samples.samples)
 app.command()(simulate.simulate)

@@ -207,6 +207,7 @@ def datasets() -> None:
     None of them ships with laserimg: mind their licences.
 
     \b
+      laserimg classify datasets
       laserimg classify evaluate --leave-one-out kitti/training --features honv+hog
       laserimg classify train SUSTechPOINTS/data/example --classes car,person,rider -o street.npz
     """

@@ -9,10 +9,15 @@ import typer
 from laserimg.rules.model import QUANTITIES, SHARES, SOURCES, ClassRules, Rules
 
 DEFAULT_FILE = Path("rules.toml")
+MEANINGS = {
+    "region_inside": "share, continuity check",
+    "region_fills": "share, continuity check",
+    "score": "the detector's score must be above",
+}
 KEY_HELP = "\n".join(
     [
         *(f"  {q.name:<20}{f'({q.unit}) ' if q.unit else ''}{q.meaning}" for q in QUANTITIES.values()),
-        *(f"  {name:<20}share, continuity check; {value:g} when not set" for name, value in SHARES.items()),
+        *(f"  {name:<20}{MEANINGS[name]}; {value:g} when not set" for name, value in SHARES.items()),
         f"  {'from':<20}where candidates come from: {', '.join(SOURCES)}",
         f"  {'on_fail':<20}what a failed check does: reject, or demote (lowers the score)",
     ]

@@ -14,7 +14,9 @@ def simulate(
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder for scans and truth.")],
     scanner: Annotated[
         str,
-        typer.Option(help="lms151_turn, lms200_swing, lms200_tilt, spinning64, spinning128, terrestrial."),
+        typer.Option(
+            help="lms151_turn, lms200_swing, lms200_tilt, lms200_turn, spinning64, spinning128, terrestrial."
+        ),
     ] = "lms151_turn",
     count: Annotated[int, typer.Option(min=1, help="Scans to make.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="Another seed makes other scenes.")] = 0,

@@ -24,9 +24,11 @@ class Candidate:
     source : str
         What kind of detector it was.
     name : str
-        Which one: the cascade's name, or the source again.
+        Which one: the name of the cascade or second stage, or the source again.
     region : Region or None
         The region it was made from; None when one must be found.
+    ranked : bool
+        Whether a second stage gave the score, which then says more than the continuity check.
     """
 
     label: str
@@ -35,6 +37,12 @@ class Candidate:
     source: Source
     name: str
     region: Region | None = None
+    ranked: bool = False
+
+    @property
+    def scored(self) -> bool:
+        """Whether a detector gave the score: neither the share of a region nor a file."""
+        return self.name not in ("regions", "clusters", "given")
 
 
 class Detector(Protocol):

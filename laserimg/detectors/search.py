@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.boxes import Boxes
+from laserimg.boxes import Boxes, inside_grid
 from laserimg.detectors.candidate import Candidate
 from laserimg.detectors.grouping import grouped
 from laserimg.detectors.levels import Level, plain_levels
@@ -58,9 +58,9 @@ class WindowDetector:
         card, wraps = self.model.card, evidence.scan.wraps
         metric = self.scale == "metric" and card.object_size_m is not None
         levels = metric_levels(evidence, card) if metric else plain_levels(evidence, card)
-        hits = search(self.model, _gray(evidence.images[card.image]), levels, wraps)
+        hits = search(self.model, gray(evidence.images[card.image]), levels, wraps)
         boxes, scores = grouped(*hits, self.model.min_neighbours, evidence.scan.shape[1] if wraps else None)
-        boxes = _inside(_without_margin(boxes, card.margin), evidence.scan.shape, wraps)
+        boxes = inside_grid(_without_margin(boxes, card.margin), evidence.scan.shape, wraps)
         source = "hog" if card.kind == "hog" else "cascade"
         return [
             Candidate(card.label, (x, y, w, h), float(score), source, self.model.name)
@@ -110,18 +110,6 @@ def _without_margin(boxes: Boxes, margin: float) -> Boxes:
     return np.concatenate([boxes[:, :2] + margin * size, size], axis=1)
 
 
-def _inside(boxes: Boxes, shape: tuple[int, int], wraps: bool) -> Boxes:
-    """Cut boxes to the grid; where it closes a full turn, x is brought into it."""
-    height, width = shape
-    first, last = boxes[:, :2], boxes[:, :2] + boxes[:, 2:]
-    limits = (np.inf, height) if wraps else (width, height)
-    first, last = np.maximum(first, (-np.inf if wraps else 0, 0)), np.minimum(last, limits)
-    size = last - first
-    if wraps:
-        first[:, 0] %= width
-        first[first[:, 0] == width, 0] = 0  # the remainder of a tiny negative number
-    return np.concatenate([first, size], axis=1)
-
-
-def _gray(image: Image) -> Image:
+def gray(image: Image) -> Image:
+    """Return an image of three planes as gray, with the weights of `cv2.COLOR_RGB2GRAY`."""
     return image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)

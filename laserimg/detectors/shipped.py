@@ -7,6 +7,7 @@ import laserimg
 from laserimg.cascade.xml import CascadeInfo, load_cascade, read_cascade_info
 from laserimg.detectors.cascade import CascadeModel
 from laserimg.detectors.hog import HogModel, load_hog
+from laserimg.detectors.second_stage import SecondStage, load_second_stage
 from laserimg.detectors.window import WindowModel
 from laserimg.errors import ModelError
 from laserimg.files import sha256_of
@@ -36,13 +37,13 @@ def detector_files(path: Path) -> list[Path]:
     return [path]
 
 
-def load_model(path: Path, image: str | None = None, label: str | None = None) -> WindowModel:
+def load_model(path: Path, image: str | None = None, label: str | None = None) -> WindowModel | SecondStage:
     """Return the detector of a file.
 
     Parameters
     ----------
     path : Path
-        A cascade (.xml) or HOG file (.npz), with its card (.toml) beside it.
+        A cascade (.xml), HOG file or second stage (.npz), with its card (.toml) beside it.
     image, label : str, optional
         What a cascade without a card looks at and finds; a card goes before them.
 
@@ -55,6 +56,8 @@ def load_model(path: Path, image: str | None = None, label: str | None = None) -
     if path.suffix.lower() == ".npz":
         if card is None:
             raise ModelError(f"{path}: no card beside it ({card_path(path).name})")
+        if card.kind == "svm":
+            return load_second_stage(path, card)
         descriptor = load_hog(path)
         _check_fit(card_path(path), card, "hog", tuple(descriptor.winSize))
         return HogModel(path.stem, card, descriptor)

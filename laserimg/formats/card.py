@@ -11,8 +11,8 @@ from laserimg.files import sha256_of, write_text
 from laserimg.formats.toml import TomlDocument, parse_toml, read_toml
 from laserimg.formats.validation import validated
 
-Kind = Literal["haar", "lbp", "hog"]
-SUFFIX = {"haar": ".xml", "lbp": ".xml", "hog": ".npz"}
+Kind = Literal["haar", "lbp", "hog", "svm"]
+SUFFIX = {"haar": ".xml", "lbp": ".xml", "hog": ".npz", "svm": ".npz"}
 
 # Kinds of image; of those with three planes also each plane alone.
 ImageName = Literal[
@@ -49,7 +49,8 @@ class Card:
     ----------
     label : str
         The class it finds.
-    kind : "haar", "lbp" or "hog"
+    kind : "haar", "lbp", "hog" or "svm"
+        A second stage is "svm".
     image : str
         Kind of image it looks at, or one plane of it.
     window : (int, int)

@@ -44,6 +44,11 @@ def continuity(region_inside: float, region_fills: float, rules: ClassRules) -> 
     )
 
 
+def sure_enough(score: float, rules: ClassRules) -> tuple[Check, ...]:
+    """Return the check of the detector's score, if the class limits it."""
+    return (_share("score", score, rules.score),) if rules.score > 0 else ()
+
+
 def _share(name: str, value: float, limit: float) -> Check:
     passed = value > limit
     sign = "<" if round(value, 2) < round(limit, 2) else "<="
@@ -73,7 +78,7 @@ def size_rules(box: MetricBox, rules: ClassRules) -> tuple[Check, ...]:
 
 def demoted_score(score: float, checks: tuple[Check, ...], rules: ClassRules) -> float:
     """Return the score, lowered once for each failed check if the class demotes."""
-    failed = sum(not check.passed for check in checks)
+    failed = sum(not check.passed for check in checks if check.name != "score")
     return score * DEMOTION**failed if rules.on_fail == "demote" else score
 
 

@@ -111,6 +111,7 @@ def _class_rules(document: TomlDocument, label: str, table: Any) -> ClassRules:
         limits,
         on_fail=_on_fail(document, label, table.get("on_fail", "reject")),
         line=document.line((label,)),
+        asks_continuity="region_inside" in table or "region_fills" in table,
         **shares,
     )
 

@@ -21,7 +21,7 @@ ON_FAIL: tuple[OnFail, ...] = get_args(OnFail)
 # A class whose rules name no sources takes its candidates from whatever was trained for it.
 DETECTORS: tuple[Source, ...] = ("cascade", "hog")
 # Shares that a candidate must be above, with their defaults: 0.9 is of paper 2, section 4.
-SHARES: Mapping[str, float] = MappingProxyType({"region_inside": 0.9, "region_fills": 0.5})
+SHARES: Mapping[str, float] = MappingProxyType({"region_inside": 0.9, "region_fills": 0.5, "score": 0.0})
 # More is a slip of the unit; no scanner measures that far, or that many points at once.
 MAX_METRES, MAX_POINTS = 1e5, 10**9
 
@@ -168,10 +168,15 @@ class ClassRules:
         The share of a region inside the candidate must be above this (paper 2, section 4: 0.9).
     region_fills : float
         The share of the candidate's returns that are of the region must be above this.
+    score : float
+        The detector's score must be above this, if it is not 0.
     on_fail : "reject" or "demote"
         What a failed check does: end it, or lower the score.
     line : int
         Line of the class in its file, 0 without one.
+    asks_continuity : bool
+        Whether candidates that a second stage has scored must pass the continuity check too: when
+        the file names one of its shares. All others must always.
 
     Raises
     ------
@@ -184,8 +189,10 @@ class ClassRules:
     limits: Mapping[str, Interval] = field(default_factory=dict)
     region_inside: float = SHARES["region_inside"]
     region_fills: float = SHARES["region_fills"]
+    score: float = SHARES["score"]
     on_fail: OnFail = "reject"
     line: int = 0
+    asks_continuity: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "limits", MappingProxyType(dict(self.limits)))

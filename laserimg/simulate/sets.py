@@ -4,18 +4,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
-from laserimg.errors import LaserImgError
+from laserimg.errors import ConfigError, LaserImgError
 from laserimg.formats.coco import Annotation, Category, CocoFile, CocoImage
 from laserimg.formats.coco_file import read_coco, write_coco
 from laserimg.formats.npz import write_npz
+from laserimg.formats.toml import unknown_name
 from laserimg.simulate.labels import truth_boxes
 from laserimg.simulate.measure import simulated
+from laserimg.simulate.objects import OBJECTS
 from laserimg.simulate.scanner import SCANNERS
 from laserimg.simulate.scenes import SCENES
-from laserimg.simulate.user_mesh import UserThing
+from laserimg.simulate.things import Thing
 from laserimg.workers import unordered
 
 # The classes of a set, with the same numbers in every set.
@@ -24,6 +27,61 @@ LABELS = (
     "bench", "bicycle", "bollard", "fence", "hedge", "litter_bin", "lorry", "low_wall",
 )  # fmt: skip
 TRUTH = "truth.coco.json"
+
+
+class Extra(Protocol):
+    """A maker of things that come into every scene; workers are sent it."""
+
+    @property
+    def label(self) -> str:
+        """The class its things have in the truth."""
+        ...
+
+    @property
+    def tag(self) -> str:
+        """Tells files made with it from others."""
+        ...
+
+    def __call__(self, rng: np.random.Generator) -> Thing:
+        """Return one of them."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """More of the package's own things.
+
+    Parameters
+    ----------
+    kind : str
+        Name in `OBJECTS`.
+    label : str
+    """
+
+    kind: str
+    label: str
+
+    @property
+    def tag(self) -> str:
+        """Tells files made with it from others."""
+        return self.kind
+
+    def __call__(self, rng: np.random.Generator) -> Thing:
+        """Return one of them."""
+        return OBJECTS[self.kind](rng)
+
+
+def known(kind: str) -> Known:
+    """Return a maker of more of the package's own things.
+
+    Raises
+    ------
+    ConfigError
+        If there are none of this name.
+    """
+    if kind not in OBJECTS:
+        raise ConfigError(unknown_name(kind, OBJECTS, "thing"))
+    return Known(kind, OBJECTS[kind](np.random.default_rng(0)).label)
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +94,7 @@ class SetPlan:
         Names in `SCENES` and `SCANNERS`.
     seed : int
     out : Path
-    extras : tuple of UserThing
+    extras : tuple of Extra
         Makers of things that come into every scene.
     """
 
@@ -44,7 +102,7 @@ class SetPlan:
     scanner: str
     seed: int
     out: Path
-    extras: tuple[UserThing, ...] = ()
+    extras: tuple[Extra, ...] = ()
 
     @property
     def categories(self) -> dict[str, int]:

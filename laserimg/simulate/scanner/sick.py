@@ -55,6 +55,17 @@ def lms200_swing() -> Scanner:
     return replace(lms200_tilt(), name="lms200_swing", head=head)
 
 
+def lms200_turn() -> Scanner:
+    """Return the LMS 200 of `lms200_tilt` with an upright fan on a turning head: 181 x 360 over the sphere.
+
+    One degree both ways, the coarsest angle of the LMS 200 (Technical Description 8008970).
+    """
+    elevation = np.radians(90.0 - np.arange(181))
+    azimuth = np.radians(179.5 - np.arange(360.0))
+    beams = directions_from_angles(azimuth, elevation)
+    return replace(lms200_tilt(), name="lms200_turn", directions=beams, wraps=True)
+
+
 def lms151_turn() -> Scanner:
     """Return a SICK LMS 151 on a turntable, 760 x 1135 over the full sphere.
 

@@ -1,0 +1,61 @@
+"""``laserimg train from-mesh``: a detector from a mesh alone."""
+
+from pathlib import Path
+from time import perf_counter
+
+import typer
+
+
+def from_mesh(
+    mesh: Path = typer.Argument(..., help="OBJ, STL, PLY or GLB."),
+    label: str = typer.Option(..., "--class", help="Name of the class: letters, digits and _."),
+    height: str = typer.Option(..., help="Least and greatest height in metres, such as 0.2:0.6."),
+    out: Path = typer.Option(..., "--out", "-o", help="Folder for the detector, its cards and rules.toml."),
+    scene: str = typer.Option("office", help="Where it stands: corridor, office, park, stairwell or street."),
+    up: str = typer.Option("auto", help="Axis that points up in the file: auto, y or z."),
+    scans: int = typer.Option(400, min=2, help="Simulated scans to train on."),
+    seed: int = typer.Option(0, min=0, help="Another seed makes other scenes."),
+    jobs: int = typer.Option(0, min=0, help="Worker processes; 0 is one a core."),
+    as_json: bool = typer.Option(False, "--json", help="Print the scores as JSON."),
+    quiet: bool = typer.Option(False, "--quiet", "-q", help="Print nothing but errors."),
+) -> None:
+    """Train a detector for an object of which there is a mesh: simulate, train, measure, write rules.
+
+    The folder gets NAME.depth.xml and NAME.npz with their cards, rules.toml with limits in metres, and the
+    simulated scans. Needs pip install "laserimg[simulate]".
+
+    \b
+      laserimg train from-mesh bin.obj --class bin --height 0.2:0.6 -o bin
+      laserimg detect office.pcd --cascades bin --rules bin/rules.toml -o found
+      laserimg train from-mesh hydrant.glb --class hydrant --height 0.6:1.0 --scene street -o hydrant
+    """
+    import json
+    from dataclasses import asdict
+
+    from laserimg.cli.progress import stepping
+    from laserimg.cli.simulate import height_range
+    from laserimg.cli.train_recipe import cores, table
+    from laserimg.recipes.from_mesh import recipe_of_mesh, write_rules
+    from laserimg.recipes.run import Kitchen, follow
+    from laserimg.rules.file import load_rules
+    from laserimg.simulate.scenes import SCENES
+    from laserimg.simulate.user_mesh import user_thing
+
+    if scene not in SCENES:
+        raise typer.BadParameter(f"known: {', '.join(sorted(SCENES))}", param_hint="--scene")
+    if not label.isidentifier() or label != label.lower():
+        raise typer.BadParameter(
+            f"'{label}' is not made of small letters, digits and _", param_hint="--class"
+        )
+    begin = perf_counter()
+    thing = user_thing(mesh, label, height_range(height), up)
+    out.mkdir(parents=True, exist_ok=True)
+    write_rules(thing, out / "rules.toml")
+    kitchen = Kitchen(out / "simulated", out, jobs or cores(), (thing,))
+    rules = load_rules(out / "rules.toml")[label]
+    scores = follow(recipe_of_mesh(thing, scene, scans, seed), kitchen, rules, stepping(quiet or as_json))
+    if as_json:
+        typer.echo(json.dumps([asdict(score) for score in scores]))
+    elif not quiet:
+        typer.echo(table(label, [asdict(score) for score in scores], perf_counter() - begin))
+        typer.echo(f"laserimg detect SCAN --cascades {out} --rules {out / 'rules.toml'} -o found")

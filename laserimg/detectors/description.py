@@ -1,0 +1,129 @@
+"""What the second stage looks at: normals, relative depth and size of windows, as vectors of numbers."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from laserimg.boxes import Boxes
+from laserimg.descriptors.hog import hog
+from laserimg.descriptors.honv import honv
+from laserimg.descriptors.layout import Layout
+from laserimg.detectors.crops import resampled
+from laserimg.evidence import Evidence
+from laserimg.scan import Float32Array
+
+IMAGES = frozenset({"normals_view", "depth_relative"})
+# A window reaches over its box on every side by this share of it: the floor before a foot, the wall behind.
+SURROUNDINGS = 0.2
+SIDE = 32
+LAYOUT = Layout(cells=8, n_alpha=9, n_theta=3, n_phi=8)
+CELLS = 8
+# The range of a window is this quantile of the returns in it: a chair's middle looks through to the wall.
+NEAR = 0.3
+_SAMPLES = 12
+# Places of the soft bins: logarithms of width, height and range in metres; height of the foot over the floor.
+_BINS = (
+    np.linspace(np.log(0.08), np.log(8.0), 12),
+    np.linspace(np.log(0.08), np.log(8.0), 12),
+    np.linspace(np.log(0.5), np.log(40.0), 8),
+    np.linspace(-1.0, 3.0, 17),
+)
+# Of vectors of about length 1, so that no part outweighs the others in a linear SVM: tried on wastebaskets.
+_WEIGHTS = {"honv": 0.1, "hog": 0.1, "depth": 0.5, "known": 0.3, "normals": 0.4, "size": 0.7}
+
+
+def describe(evidence: Evidence, boxes: Boxes) -> Float32Array:
+    """Return a vector for each box.
+
+    1. HONV of the normals in the view frame (paper 1, section 3.4; here 3 x 8 directions).
+    2. HOG of the relative depth (section 3.3).
+    3. Means of depth, normals and returns in 8 x 8 cells.
+    4. Width, height, range and height over the floor in metres, as soft histograms: a linear SVM can learn
+       any limit on them.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        With the images of `IMAGES`.
+    boxes : (n, 4) array
+        ``x, y, w, h`` in pixels of the grid.
+
+    Returns
+    -------
+    (n, d) array of float32
+    """
+    grow = np.array([-SURROUNDINGS, -SURROUNDINGS, 1 + 2 * SURROUNDINGS, 1 + 2 * SURROUNDINGS])
+    windows = np.concatenate([boxes[:, :2] + grow[:2] * boxes[:, 2:], boxes[:, 2:] * grow[2:]], axis=1)
+    planes = np.dstack([evidence.images["normals_view"], evidence.images["depth_relative"]])
+    pixels = resampled(planes, windows, SIDE, evidence.scan.wraps)
+    colours, depth = pixels[..., :3], pixels[..., 3]
+    parts = {
+        "honv": honv(_normals(colours), LAYOUT),
+        "hog": hog(depth.astype(np.float32) / np.float32(255), None, LAYOUT),
+        "depth": _cell_means(depth) - 0.5,
+        "known": _cell_means((depth > 0).astype(np.uint8) * np.uint8(255)) - 0.5,
+        "normals": _cell_means(colours) - 0.5,
+        "size": _sizes(evidence, boxes),
+    }
+    return np.concatenate([part * np.float32(_WEIGHTS[name]) for name, part in parts.items()], axis=1)
+
+
+def _normals(colours: NDArray[np.uint8]) -> Float32Array:
+    """Unit normals, x right, y down, z away, from images of towards, right, up; 0 for none."""
+    towards, right, up = (colours[..., i].astype(np.float32) / np.float32(127.5) - 1 for i in range(3))
+    normals = np.stack([right, -up, -np.maximum(towards, np.float32(1e-3))], axis=-1)
+    normals /= np.sqrt(np.einsum("...c,...c->...", normals, normals))[..., None]
+    normals[~colours.any(axis=-1)] = 0
+    return normals
+
+
+def _cell_means(pixels: NDArray[np.uint8]) -> Float32Array:
+    """(n, cells * cells * c) means of cells, 0 to 1."""
+    number, each, planes = len(pixels), SIDE // CELLS, 1 if pixels.ndim == 3 else pixels.shape[3]
+    cells = pixels.reshape(number, CELLS, each, CELLS, each, planes).astype(np.float32)
+    return cells.mean(axis=(2, 4)).reshape(number, CELLS * CELLS * planes) / np.float32(255)
+
+
+def _sizes(evidence: Evidence, boxes: Boxes) -> Float32Array:
+    """Soft histograms of width, height, range and foot; those of a foot are 0 without a floor."""
+    range_m = _near_range(evidence, boxes)
+    middle = _pixels(evidence, boxes, (0.5,), (0.5,))[:, 0]
+    across, up = (pitch.ravel()[middle] for pitch in evidence.pitch)
+    width, height = (
+        np.log(np.maximum(boxes[:, i] * pitch * range_m, 1e-3)) for i, pitch in ((2, across), (3, up))
+    )
+    found = [_soft(width, _BINS[0]), _soft(height, _BINS[1]), _soft(np.log(range_m), _BINS[2])]
+    floor = evidence.floor
+    if floor is None:
+        return np.concatenate([*found, np.zeros((len(boxes), len(_BINS[3])), np.float32)], axis=1)
+    bottom = _pixels(evidence, boxes, (0.5,), (1.0,))[:, 0]
+    foot = floor.height_of(evidence.scan.directions.reshape(-1, 3)[bottom] * range_m[:, None])
+    return np.concatenate([*found, _soft(foot, _BINS[3])], axis=1)
+
+
+def _near_range(evidence: Evidence, boxes: Boxes) -> NDArray[np.float64]:
+    """(n,) metres; 1 where nothing returned."""
+    places = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    pixels = _pixels(evidence, boxes, places, places)
+    ranges = np.where(evidence.scan.valid, evidence.scan.range, np.inf).ravel()[pixels].astype(np.float64)
+    ranges.sort(axis=1)
+    count = np.isfinite(ranges).sum(axis=1)
+    near = ranges[np.arange(len(boxes)), (NEAR * np.maximum(count - 1, 0)).astype(np.intp)]
+    return np.where(count > 0, np.clip(near, 0.1, 1e4), 1.0)
+
+
+def _pixels(evidence: Evidence, boxes: Boxes, across: ArrayLike, down: ArrayLike) -> NDArray[np.intp]:
+    """(n, places) flattened positions of places in boxes, as shares of their sides."""
+    height, width = evidence.scan.shape
+    across, down = np.asarray(across), np.asarray(down)
+    columns = np.floor(boxes[:, 0, None] + boxes[:, 2, None] * across - 1e-6).astype(np.intp)
+    rows = np.floor(boxes[:, 1, None] + boxes[:, 3, None] * down - 1e-6).astype(np.intp)
+    columns = columns % width if evidence.scan.wraps else np.clip(columns, 0, width - 1)
+    pixels = np.clip(rows, 0, height - 1)[:, :, None] * width + columns[:, None, :]
+    return pixels.reshape(len(boxes), len(across) * len(down))
+
+
+def _soft(values: NDArray, places: NDArray[np.float64]) -> Float32Array:
+    """Shares of the two nearest places, (n, places)."""
+    inside = np.clip(values, places[0], places[-1])
+    share = 1 - np.abs(inside[:, None] - places) / (places[1] - places[0])
+    return np.maximum(share, 0).astype(np.float32)

@@ -1,0 +1,93 @@
+"""Two stages: cascades and regions propose boxes, a linear SVM scores all of them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from laserimg.boxes import Boxes, as_boxes, inside_grid
+from laserimg.detectors.candidate import Candidate
+from laserimg.detectors.description import IMAGES, describe
+from laserimg.detectors.search import WindowDetector
+from laserimg.detectors.second_stage import SecondStage, distinct
+from laserimg.evidence import Evidence
+from laserimg.regions import Region
+from laserimg.scan import Float32Array
+
+# Candidates below are not worth a line of a result.
+MIN_SCORE = 0.05
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RankedDetector:
+    """Proposes, for every class with a second stage, the best of what its cascades and the regions propose.
+
+    Parameters
+    ----------
+    stages : tuple of SecondStage
+    windows : tuple of WindowDetector
+        Each proposes boxes for the class of its card.
+    """
+
+    stages: tuple[SecondStage, ...]
+    windows: tuple[WindowDetector, ...] = ()
+
+    @property
+    def images(self) -> frozenset[str]:
+        """Kinds of image it looks at."""
+        return frozenset(IMAGES).union(*(window.images for window in self.windows))
+
+    def __call__(self, evidence: Evidence) -> list[Candidate]:
+        """Return the candidates of one scan."""
+        regions = evidence.regions if any(stage.regions for stage in self.stages) else ()
+        boxes_of_regions = as_boxes([region.box for region in regions])
+        vectors_of_regions = describe(evidence, boxes_of_regions)
+        candidates: list[Candidate] = []
+        for stage in self.stages:
+            proposed = list(self._proposed(stage.card.label, evidence))
+            boxes = as_boxes([one.box for one in proposed])
+            vectors = describe(evidence, boxes)
+            if stage.regions:
+                proposed += [_of_region(stage, region) for region in regions]
+                boxes = np.concatenate([boxes, boxes_of_regions])
+                vectors = np.concatenate([vectors, vectors_of_regions])
+            candidates += _best(stage, proposed, boxes, vectors, evidence)
+        return candidates
+
+    def _proposed(self, label: str, evidence: Evidence) -> Iterator[Candidate]:
+        for window in self.windows:
+            if window.model.card.label == label:
+                yield from window(evidence)
+
+
+def _of_region(stage: SecondStage, region: Region) -> Candidate:
+    return Candidate(stage.card.label, region.box, 0.0, "regions", stage.name, region)
+
+
+def _best(
+    stage: SecondStage,
+    proposed: list[Candidate],
+    boxes: Boxes,
+    vectors: Float32Array,
+    evidence: Evidence,
+) -> list[Candidate]:
+    """Candidates with their scores and corrected boxes, each object once."""
+    height, width = evidence.scan.shape
+    wraps = evidence.scan.wraps
+    scores = stage.scores(vectors)
+    chosen = np.flatnonzero(scores >= MIN_SCORE)
+    moved = inside_grid(stage.corrected(boxes[chosen], vectors[chosen]), (height, width), wraps)
+    kept = distinct(moved, scores[chosen], width if wraps else None)
+    return [
+        Candidate(
+            stage.card.label,
+            tuple(moved[i].tolist()),
+            float(scores[chosen[i]]),
+            proposed[chosen[i]].source,
+            proposed[chosen[i]].name,
+            proposed[chosen[i]].region,
+            ranked=True,
+        )
+        for i in kept
+        if min(moved[i, 2:]) > 0
+    ]

@@ -1,0 +1,1 @@
+"""Recipes: detectors trained on simulated scans alone, each by one file."""

@@ -1,0 +1,42 @@
+"""Cards of detectors trained on simulated scans."""
+
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import cv2
+
+from laserimg.formats.card import Card, card_path, file_sha256, write_card
+from laserimg.recipes.recipe import CascadeRecipe, Recipe
+
+LICENCE = "Apache-2.0"
+_NO_FILE = "0" * 64
+
+
+def card_of(recipe: Recipe, cascade: CascadeRecipe | None, scans: int) -> Card:
+    """Return the card of a cascade, or of the second stage, before its file is written."""
+    scenes = ", ".join(sorted({f"{one.scene} by {one.scanner}" for one in recipe.scans}))
+    common: dict[str, Any] = {
+        "label": recipe.label,
+        "sha256": _NO_FILE,
+        "trained_on": f"{scans} simulated scans: {scenes}",
+        "seed": recipe.seed,
+        "licence": LICENCE,
+        "versions": {"laserimg": version("laserimg"), "opencv": cv2.__version__},
+    }
+    if cascade is None:
+        return Card(kind="svm", image="normals_view", window=(32, 32), **common)
+    return Card(
+        kind="haar",
+        image=cascade.image,
+        window=cascade.window,
+        object_size_m=cascade.object_size_m,
+        margin=cascade.margin,
+        **common,
+    )
+
+
+def write_card_beside(path: Path, card: Card, **known: Any) -> None:
+    """Write the card of a file that is there now."""
+    write_card(card_path(path), replace(card, sha256=file_sha256(path), **known))

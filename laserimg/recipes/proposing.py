@@ -1,0 +1,99 @@
+"""Training the cascades of a recipe, which propose boxes to its second stage."""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from laserimg.cascade.features import Pool
+from laserimg.cascade.folder import one_cv2_thread
+from laserimg.cascade.mining import Miner
+from laserimg.cascade.stage import StageGoal
+from laserimg.cascade.training import Plan, Trained, Watcher, train_cascade
+from laserimg.cascade.writer import write_cascade
+from laserimg.errors import LabelError
+from laserimg.formats.card import Card
+from laserimg.recipes.cards import card_of, write_card_beside
+from laserimg.recipes.cascade_samples import Samples, Views, no_samples, samples_of
+from laserimg.recipes.observation import killed, observed
+from laserimg.recipes.recipe import CascadeRecipe, Recipe
+from laserimg.recipes.scans import TrainingScan
+from laserimg.workers import unordered
+
+# Views have one scale: a ratio that no second level of their pyramid fits.
+_ONE_SCALE = 64.0
+LEAST_OBJECTS = 30
+# Negatives come from at most so many scans, spread evenly; positives from all.
+MOST_BACKGROUNDS = 500
+
+
+def train_proposer(
+    recipe: Recipe,
+    cascade: CascadeRecipe,
+    scans: list[TrainingScan],
+    out: Path,
+    jobs: int,
+    tell: Callable[[int], None] = lambda done: None,
+) -> Path:
+    """Train a cascade and write it with its card; return its file.
+
+    Raises
+    ------
+    LabelError
+        If the scans show too few objects.
+    """
+    path = out / f"{recipe.label}.{cascade.name}.xml"
+    card = card_of(recipe, cascade, len(scans))
+    samples = _gathered(recipe, card, scans, jobs, tell)
+    positives = np.concatenate([one.positives for one in samples])
+    if len(positives) < LEAST_OBJECTS:
+        raise LabelError(
+            f"{recipe.label}: {len(positives)} windows of objects in {len(scans)} scans, at least "
+            f"{LEAST_OBJECTS} are needed: more scans, or another window and size"
+        )
+    views = Views([view for one in samples for view in one.views])
+    plan, trained = _trained(recipe, cascade, positives, views, jobs)
+    write_cascade(path, trained.cascade, plan.goal)
+    write_card_beside(path, card, stages=len(trained.cascade))
+    return path
+
+
+def _gathered(
+    recipe: Recipe, card: Card, scans: list[TrainingScan], jobs: int, tell: Callable[[int], None]
+) -> list[Samples]:
+    """Samples of the scans, in their order: training does not depend on which worker was first."""
+    found: dict[int, Samples] = {}
+    every = -(-len(scans) // MOST_BACKGROUNDS)
+    work = partial(_samples, recipe, card, every)
+    for number, samples in unordered(work, list(enumerate(scans)), jobs, _died):
+        found[number] = samples
+        tell(len(found))
+    return [found[number] for number in range(len(scans))]
+
+
+def _samples(recipe: Recipe, card: Card, every: int, item: tuple[int, TrainingScan]) -> tuple[int, Samples]:
+    number, scan = item
+    learnt, kept_out = scan.objects(recipe)
+    if number % every and len(learnt) == 0:
+        return number, no_samples(card)
+    rng = np.random.default_rng([recipe.seed, number])
+    with one_cv2_thread():
+        samples = samples_of(observed(scan.path), card, learnt, kept_out, rng, views=number % every == 0)
+    return number, samples
+
+
+def _died(item: tuple[int, TrainingScan]) -> tuple[int, Samples]:
+    raise killed(item[1])
+
+
+def _trained(
+    recipe: Recipe, cascade: CascadeRecipe, positives: np.ndarray, views: Views, jobs: int
+) -> tuple[Plan, Trained]:
+    goal = StageGoal(cascade.min_hit_rate, 0.5, max_trees=cascade.max_trees)
+    pool = Pool(cascade.features, *cascade.window)
+    plan = Plan(pool, goal, cascade.stages, 0, cascade.negatives, seed=recipe.seed)
+    with one_cv2_thread(), ThreadPoolExecutor(jobs) as threads:
+        miner = Miner(views, cascade.window, recipe.seed, _ONE_SCALE, False, threads)  # type: ignore[arg-type]
+        return plan, train_cascade(plan, positives, miner, threads, (), Watcher())

@@ -1,0 +1,95 @@
+"""From a recipe to a detector: simulate, train the cascades, train the second stage, choose its threshold."""
+
+from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+
+from laserimg.detectors.second_stage import SecondStage, save_second_stage
+from laserimg.files import atomic_write
+from laserimg.recipes.cards import write_card_beside
+from laserimg.recipes.measuring import StepScore, measured
+from laserimg.recipes.proposing import train_proposer
+from laserimg.recipes.recipe import Recipe
+from laserimg.recipes.scans import TrainingScan, count_of, scans_of
+from laserimg.recipes.scoring import train_second_stage
+from laserimg.recipes.threshold import with_threshold
+from laserimg.rules.model import ClassRules
+from laserimg.simulate.sets import Extra
+
+# Given what is done and how many items it has, returns what is told of each finished item.
+Steps = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
+
+
+@dataclass(frozen=True, slots=True)
+class Kitchen:
+    """Where and how recipes are followed.
+
+    Parameters
+    ----------
+    work : Path
+        Folder of simulated scans.
+    out : Path
+        Folder of detectors.
+    jobs : int
+    extras : tuple of Extra
+        Things of the user that come into every scene.
+    """
+
+    work: Path
+    out: Path
+    jobs: int
+    extras: tuple[Extra, ...] = ()
+
+    def scans(self, recipe: Recipe, part, step: Steps) -> list[TrainingScan]:
+        """Return the simulated scans of a part."""
+        with step(f"{recipe.label}: scans to {part}", count_of(recipe, part)) as tell:
+            return scans_of(recipe, part, self.work, self.jobs, self.extras, tell)
+
+
+def follow(recipe: Recipe, kitchen: Kitchen, rules: ClassRules, step: Steps) -> list[StepScore]:
+    """Train the detector of a recipe into a folder; return how good it is on scans of other seeds.
+
+    Parameters
+    ----------
+    recipe : Recipe
+    kitchen : Kitchen
+    rules : ClassRules
+        What the detections must be like, to be measured with.
+    step : Steps
+
+    Raises
+    ------
+    LabelError
+        If the scans show too few objects.
+    MissingExtraError
+        Without Embree.
+    """
+    train = kitchen.scans(recipe, "train", step)
+    cascades = []
+    for cascade in recipe.cascades:
+        with step(f"{recipe.label}: cascade {cascade.name}", len(train)) as tell:
+            cascades.append(train_proposer(recipe, cascade, train, kitchen.out, kitchen.jobs, tell))
+    with step(f"{recipe.label}: second stage", len(train)) as tell:
+        stage = train_second_stage(recipe, cascades, train, kitchen.jobs, tell)
+    tune = kitchen.scans(recipe, "tune", step)
+    with step(f"{recipe.label}: threshold", len(tune)) as tell:
+        stage = with_threshold(stage, recipe, cascades, tune, kitchen.jobs, tell)
+    second = _write(stage, kitchen.out / f"{recipe.label}.npz")
+    test = kitchen.scans(recipe, "test", step)
+    with step(f"{recipe.label}: measuring", len(test)) as tell:
+        scores = measured(recipe, [*cascades, second], rules, test, kitchen.jobs, tell)
+    write_card_beside(second, stage.card, scores=_written(scores))
+    return scores
+
+
+def _write(stage: SecondStage, path: Path) -> Path:
+    with atomic_write(path) as temporary:
+        temporary.write_bytes(save_second_stage(stage))
+    write_card_beside(path, stage.card)
+    return path
+
+
+def _written(scores: Iterable[StepScore]) -> dict[str, float]:
+    """Scores for the card."""
+    return {f"ap50 {one.step}": round(one.average_precision, 4) for one in scores}

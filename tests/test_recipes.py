@@ -1,0 +1,176 @@
+"""Recipes: what they must say, what a cascade and a second stage are given, and one detector from a mesh."""
+
+import json
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analytic import boxes_and_floor, ray_grid
+from laserimg.cli import main
+from laserimg.detectors.description import IMAGES
+from laserimg.errors import ConfigError
+from laserimg.evidence import Evidence
+from laserimg.formats.card import Card, read_card
+from laserimg.images import make_images
+from laserimg.pipeline import Pipeline
+from laserimg.recipes.cascade_samples import COPIES, samples_of
+from laserimg.recipes.recipe import read_recipe
+from laserimg.recipes.threshold import best_threshold
+from laserimg.rules.file import load_rules, parse_rules
+
+RECIPE = """format = 1
+class = "bin"
+seed = 3
+
+[[scans]]
+scene = "office"
+scanner = "lms200_turn"
+count = 10
+
+[[cascade]]
+name = "depth"
+image = "depth_relative"
+window = [20, 24]
+object_size_m = [0.3, 0.36]
+"""
+GRID = ray_grid(np.arange(40.0, -40.0, -0.5), np.arange(5.0, -45.0, -0.5))
+BOX = ((2.0, -0.15, -1.5), (2.3, 0.15, -1.14))
+
+
+def written(tmp_path, text):
+    path = tmp_path / "bin.toml"
+    path.write_text(text)
+    return path
+
+
+def test_a_recipe_is_read_and_scaled(tmp_path):
+    recipe = read_recipe(written(tmp_path, RECIPE))
+    assert (recipe.label, recipe.seed, recipe.regions) == ("bin", 3, True)
+    assert recipe.cascades[0].window == (20, 24)
+    assert recipe.scaled(0.5).scans[0].count == 5 and recipe.scaled(0.001).scans[0].count == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("seed = 3", "sead = 3", "bin.toml:3: unknown key 'sead', did you mean 'seed'"),
+        ("count = 10", "count = 0", "scans\\[0\\].count should be greater"),
+        ('image = "depth_relative"', 'image = "depth"', "unknown image 'depth'; known are"),
+        ("format = 1\n", "", "must begin with format = 1"),
+        (RECIPE[RECIPE.index("[[casc") :], "regions = false", "unknown key|needs a cascade"),
+    ],
+)
+def test_a_wrong_recipe_names_line_and_key(tmp_path, old, new, message):
+    with pytest.raises(ConfigError, match=message):
+        read_recipe(written(tmp_path, RECIPE.replace(old, new)))
+
+
+def observed(scan) -> Evidence:
+    seen = Pipeline(parse_rules("format = 1\n")).observe(scan)
+    return replace(seen, images=make_images(scan, IMAGES))
+
+
+def test_a_cascade_is_given_the_object_and_no_view_hides_where_it_is():
+    seen = observed(boxes_and_floor(GRID, [BOX], noise_m=0.0))
+    (region,) = seen.regions
+    card = Card("bin", "haar", "depth_relative", (20, 24), "0" * 64, object_size_m=(0.3, 0.36), margin=0.15)
+    boxes = np.array([region.box])
+    samples = samples_of(seen, card, boxes, np.empty((0, 4)), np.random.default_rng(0))
+    assert samples.positives.shape == (COPIES, 24, 20)
+    # Nearer than its surroundings inside, farther or as far at the upper edge.
+    first = samples.positives[0].astype(int)
+    assert first[8:16, 7:13].mean() < first[:2].mean() - 10
+    for image, there in samples.views:
+        assert image.shape[0] >= 24 and image.shape[1] >= 20 and there.shape == (1, 4)
+    # In the view at its own scale the object is about as large as the window without its margin.
+    sizes = [there[0, 2:] for _, there in samples.views]
+    assert min(np.abs(np.log(size / np.array([20, 24]) * 1.3)).max() for size in sizes) < 0.35
+
+
+def test_an_object_of_another_shape_than_the_window_is_not_learnt():
+    seen = observed(boxes_and_floor(GRID, [BOX], noise_m=0.0))
+    card = Card("bin", "haar", "depth_relative", (40, 12), "0" * 64, object_size_m=(2.0, 0.3))
+    boxes = np.array([seen.regions[0].box])
+    assert len(samples_of(seen, card, boxes, np.empty((0, 4)), np.random.default_rng(0)).positives) == 0
+
+
+@given(st.lists(st.tuples(st.floats(-3, 3), st.booleans()), min_size=1, max_size=20), st.integers(0, 5))
+def test_the_threshold_has_the_best_f1(found, missed):
+    margins = np.array([margin for margin, _ in found])
+    hits = np.array([hit for _, hit in found])
+    objects = int(hits.sum()) + missed
+
+    def f1(threshold):
+        sure = margins > threshold
+        return 2 * (sure & hits).sum() / max(objects + sure.sum(), 1)
+
+    if hits.any() and len(set(margins.round(6))) == len(margins):
+        every = [f1(threshold) for threshold in [*(margins - 1e-9), 9.0]]
+        assert f1(best_threshold(margins, hits, objects)) == pytest.approx(max(every))
+
+
+@pytest.fixture
+def laserimg(tmp_path, monkeypatch, capsys):
+    """Run the command line in an empty folder: exit code, output, errors."""
+
+    def run(*arguments):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", ["laserimg", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        return stop.value.code or 0, *capsys.readouterr()
+
+    return run
+
+
+def bin_mesh(path):
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("embreex")
+    trimesh.creation.cylinder(radius=0.42, height=1.0, sections=24).export(path)
+    return path
+
+
+def test_too_few_scans_to_learn_from_are_an_error_in_one_line(tmp_path, laserimg):
+    mesh = bin_mesh(tmp_path / "bin.obj")
+    code, _, error = laserimg(
+        "train",
+        "from-mesh",
+        mesh,
+        "--class",
+        "bin",
+        "--height",
+        "0.3:0.5",
+        "-o",
+        tmp_path / "bin",
+        "--scans",
+        2,
+    )
+    assert code == 1 and error.count("\n") == 1 and "needed: more scans" in error
+
+
+@pytest.mark.long
+def test_a_mesh_becomes_a_detector_that_finds_most_of_its_like(tmp_path, laserimg):
+    mesh = bin_mesh(tmp_path / "bin.obj")
+    code, out, error = laserimg(
+        "train", "from-mesh", mesh, "--class", "bin", "--height", "0.3:0.5", "-o", tmp_path / "bin",
+        "--scans", 120, "--jobs", 2, "--json",
+    )  # fmt: skip
+    assert code == 0, error
+    scores = {one["step"]: one for one in json.loads(out)}
+    assert scores["second stage"]["average_precision"] > 0.6
+    assert scores["second stage"]["average_precision"] > scores["cascades alone"]["average_precision"]
+    card = read_card(tmp_path / "bin" / "bin.toml")
+    assert card.label == "bin" and card.kind == "svm" and card.scores
+    assert load_rules(tmp_path / "bin" / "rules.toml")["bin"].limits["height"].high == pytest.approx(
+        0.58, abs=0.01
+    )
+    scan = next((tmp_path / "bin" / "simulated").glob("*/*.npz"))
+    code, _, error = laserimg(
+        "detect", scan, "--cascades", tmp_path / "bin", "--rules", tmp_path / "bin" / "rules.toml",
+        "-o", tmp_path / "found", "--quiet",
+    )  # fmt: skip
+    assert code == 0, error

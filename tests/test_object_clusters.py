@@ -7,8 +7,11 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 from laserimg.errors import ConfigError, ScanError
+from laserimg.formats.boxes3d import labels_beside
+from laserimg.ground import ground_of_points
 from laserimg.object_clusters import object_clusters
 from laserimg.rbnn import rbnn
+from laserimg.readers import read_file
 
 SCANNER_M = 1.7
 
@@ -117,3 +120,29 @@ def test_wrong_input():
         object_clusters(np.ones((4, 3)), np.ones(4), ratio=2)
     with pytest.raises(ConfigError, match="ratio must be"):
         object_clusters(np.ones((4, 3)), np.ones(4), ratio=0.0002)
+
+
+# --- real scans
+
+
+def is_one_cluster(labels, points, box):
+    """At least 80 % of the object in the cluster, and of the cluster in the object's box."""
+    own = labels[box.holds(points, 0.05)]
+    cluster = int(np.bincount(own).argmax())
+    inside = box.holds(points[labels == cluster], 0.2)
+    return cluster > 0 and (own == cluster).mean() >= 0.8 and inside.mean() >= 0.8
+
+
+def test_labelled_people_are_clusters_of_their_own(data):
+    found = {"rbnn": [], "objects": []}
+    for file in sorted(data("sustech/data/example/lidar").glob("*.pcd")):
+        (scan,) = read_file(file)
+        points = scan.points()[scan.valid & (scan.range > 0.5)].astype(float)
+        ground = ground_of_points(points)
+        points, height = points[~ground.mask], ground.height[~ground.mask]
+        people = [box for box in labels_beside(file).boxes if box.kind in ("pedestrian", "rider")]
+        people = [box for box in people if box.holds(points, 0.05).sum() >= 50]
+        for way, labels in (("rbnn", rbnn(points)), ("objects", object_clusters(points, height))):
+            found[way] += [is_one_cluster(labels, points, box) for box in people]
+    assert len(found["rbnn"]) == 20
+    assert sum(found["objects"]) >= 18 > 13 >= sum(found["rbnn"])

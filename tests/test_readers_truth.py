@@ -219,9 +219,10 @@ def test_sustech_records_are_read_as_they_are_not_as_the_header_says(data, name,
     assert 0 <= scan.reflectance.min() < scan.reflectance.max() <= 255
 
 
-def test_an_argoverse_sweep_is_two_upright_scans_in_the_vehicles_frame(data):
+def test_an_argoverse_sweep_is_two_upright_scans_in_their_sensors_frames(data):
     pytest.importorskip("pyarrow")
     from pyarrow import feather
+    from scipy.spatial.transform import Rotation
 
     log = data("argoverse2/7fab2350-7eaf-3b7e-a39d-6937a4c1bede")
     path = log / "sensors/lidar/315966265259836000.feather"
@@ -233,14 +234,25 @@ def test_an_argoverse_sweep_is_two_upright_scans_in_the_vehicles_frame(data):
         assert scan.shape[0] == 32
         assert scan.wraps
         assert (scan.range > 0).sum() > 0.995 * own.sum()
-        assert scan.up[2] > 0.99
         pose = scan.world_from_scan
+        height = (scan.directions @ scan.up).mean(axis=1)
+        assert (np.diff(height) < 0).all()
         points = scan.points()[scan.range > 0].astype(np.float64) @ pose[:3, :3].T + pose[:3, 3]
         written = np.stack([table[axis].to_numpy()[own] for axis in "xyz"], axis=1).astype(np.float64)
         from scipy.spatial import cKDTree
 
         assert cKDTree(written).query(points)[0].max() < 1e-4
-    assert scans[0].world_from_scan[2, 3] == pytest.approx(1.64, abs=0.01)
+    table = feather.read_table(log / "calibration/egovehicle_SE3_sensor.feather").to_pylist()
+    for scan, name, up in zip(scans, ("up_lidar", "down_lidar"), (1, -1), strict=True):
+        (row,) = (row for row in table if row["sensor_name"] == name)
+        turn = Rotation.from_quat([row[k] for k in ("qx", "qy", "qz", "qw")]).as_matrix()
+        np.testing.assert_allclose(scan.world_from_scan[:3, :3], turn, atol=1e-6)
+        np.testing.assert_allclose(scan.world_from_scan[:3, 3], [row[k] for k in ("tx_m", "ty_m", "tz_m")])
+        assert up * scan.up[2] > 0.99
+        # Left to right as seen with the world's up: clockwise from above.
+        x, y, _ = np.moveaxis(scan.directions @ scan.world_from_scan[:3, :3].T, -1, 0)
+        azimuth = np.unwrap(np.arctan2(y, x)[16])
+        assert azimuth[-1] - azimuth[0] < -6
 
 
 def test_a_folder_with_other_tables_gives_the_sweeps_alone(data):

@@ -148,9 +148,9 @@ def main() -> None:
     parser.add_argument("-o", "--out", type=Path, default=Path("real-scans"), help="folder for the pictures")
     parser.add_argument("--json", action="store_true", help="print JSON")
     arguments = parser.parse_args()
-    wanted = tuple(arguments.sets.split(","))
+    chosen = [one for one in SETS if one.name.startswith(tuple(arguments.sets.split(",")))]
     rows, missed = [], []
-    for real in (real for real in SETS if real.name.startswith(wanted)):
+    for real in chosen:
         pipeline = pipeline_of(real, arguments.cascades, arguments.rules, arguments.out)
         of_set, lines = measure(real, pipeline, arguments.out)
         rows += of_set
@@ -158,7 +158,7 @@ def main() -> None:
     if arguments.json:
         print(json.dumps({"rows": [asdict(row) for row in rows], "missed": missed}, indent=1))
         return
-    notes = [f"{one.name}: {one.note}" for one in SETS if one.note]
+    notes = [f"{one.name}: {one.note}" for one in chosen if one.note]
     print("\n".join([HEADING, *map(str, rows), *notes, "", "missed:", *missed]))
 
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from laserimg.cli.class_tables import print_class_json, print_class_table
+
 if TYPE_CHECKING:
     from laserimg.classify import ClassTable, Recipe
     from laserimg.classify.sources import Described, Source
@@ -84,10 +86,12 @@ def train(
     save_model(out, trained.model)
     table = _table_of(trained.left_out, found.labels, margin)
     if as_json:
-        _print_json(table, {"model": str(out), "recipe": recipe.as_dict(), "method": "leave-one-out"}, found)
+        print_class_json(
+            table, {"model": str(out), "recipe": recipe.as_dict(), "method": "leave-one-out"}, found
+        )
     elif not quiet:
         typer.echo(f"{len(found.labels)} objects, each classified by a machine trained without it:")
-        _print_table(table)
+        print_class_table(table)
         typer.echo(f"model of all objects: {out}")
     _end(found)
 
@@ -156,9 +160,9 @@ def evaluate(
 
         write_png(out, confusion_picture(table))
     if as_json:
-        _print_json(table, {"recipe": recipe.as_dict(), "method": method}, found)
+        print_class_json(table, {"recipe": recipe.as_dict(), "method": method}, found)
     elif not quiet:
-        _print_table(table)
+        print_class_table(table)
         if out is not None:
             typer.echo(f"confusion matrix: {out}")
     _end(found)
@@ -303,40 +307,6 @@ def _names(verdicts: Iterable[Any]) -> Any:
     import numpy as np
 
     return np.array([verdict.label for verdict in verdicts], dtype=np.str_)
-
-
-def _print_table(table: "ClassTable") -> None:
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    grid = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in ("", *table.labels, "Total"):
-        grid.add_column(heading, justify="right" if heading else "left")
-    total = table.images.sum(), table.detected.sum(), table.correct.sum()
-    for name, values, whole in zip(
-        ("Images", "Detected", "Correct"), (table.images, table.detected, table.correct), total, strict=True
-    ):
-        grid.add_row(name, *(f"{value:.5g}" for value in values), f"{whole:.5g}")
-    grid.add_row("Precision", *map(_percent, table.precision), "")
-    grid.add_row("Recall", *map(_percent, table.recall), _percent(table.accuracy))
-    console = Console(width=None if Console().is_terminal else 140)
-    console.print(grid)
-    low, high = table.interval()
-    typer.echo(
-        f"accuracy {table.accuracy:.1%} (95 % interval {low:.1%} to {high:.1%}), "
-        f"balanced {table.balanced_accuracy:.1%}"
-    )
-
-
-def _percent(share: float) -> str:
-    return "-" if share != share else f"{share:.1%}"
-
-
-def _print_json(table: "ClassTable", facts: dict[str, Any], found: "Described") -> None:
-    import json
-
-    typer.echo(json.dumps({**table.as_dict(), **facts, "failed": found.errors}, indent=1))
 
 
 def _end(found: "Described") -> None:

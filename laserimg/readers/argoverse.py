@@ -1,11 +1,12 @@
 """Argoverse 2 sweeps (``sensors/lidar/TIMESTAMP.feather``): two scans, of the upper and the lower lidar.
 
 The file holds points in the frame of the vehicle; ``calibration/egovehicle_SE3_sensor.feather``, two folders
-up, takes each lidar's to its own frame. The lower one hangs upside down: its frame is turned by half a turn
-about x, so that its image stands upright. `world_from_scan` leads to the frame of the vehicle.
+up, takes each lidar's to its own frame and is `world_from_scan`. The lower one hangs upside down: `Scan.up`
+is its -z, and its grid is stored upright, row 0 at the upper end of the world.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -47,9 +48,18 @@ def read_argoverse(path: Path) -> Iterator[Scan]:
         own = (laser >= first) & (laser < first + LASERS)
         if own.any():
             pose = poses[name]
-            with np.errstate(invalid="ignore", over="ignore"):
-                seen = (points[own] - pose[:3, 3]) @ pose[:3, :3]
-            yield scan_from_points(seen, intensity[own], laser[own], world_from_scan=pose)
+            yield _scan(points[own], intensity[own], laser[own], pose)
+
+
+def _scan(points: FloatArray, intensity: FloatArray, laser: NDArray[np.intp], pose: FloatArray) -> Scan:
+    """A lidar's scan in its own frame, on a grid that stands upright."""
+    turn = _HALF_TURN if pose[2, 2] < 0 else np.eye(4)
+    upright = pose @ turn
+    with np.errstate(invalid="ignore", over="ignore"):
+        seen = (points - upright[:3, 3]) @ upright[:3, :3]
+    scan = scan_from_points(seen, intensity, laser, world_from_scan=upright)
+    rays = scan.directions @ turn[:3, :3].T.astype(np.float32)
+    return replace(scan, directions=rays, world_from_scan=scan.world_from_scan @ turn.T)
 
 
 def holds_sweep(path: Path) -> bool:
@@ -83,8 +93,4 @@ def _poses(path: Path) -> dict[str, FloatArray]:
     missing = [name for name, _ in LIDARS if name not in rows]
     if missing:
         raise ScanError(f"with {file}: has no sensor {' '.join(missing)}")
-    return {name: _upright(pose_from_quaternion(rows[name][:4], rows[name][4:])) for name, _ in LIDARS}
-
-
-def _upright(pose: FloatArray) -> FloatArray:
-    return pose @ _HALF_TURN if pose[2, 2] < 0 else pose
+    return {name: pose_from_quaternion(rows[name][:4], rows[name][4:]) for name, _ in LIDARS}

@@ -64,7 +64,7 @@ def _run(plan: Plan) -> Run:
     run.seconds["scans and segmentation"] = time.perf_counter() - start
     for name, features in SETS.items():
         _classify(run, name, Recipe(features, 1, True))
-        if features != "honv":
+        if features in ("honv+hog", "3dhog"):
             _classify(run, name + OF_RANGE, Recipe(features, 1, True, "range"))
     clouds = [one.points for one in run.found]
     run.taken_for[SIZE_ONLY] = by_size(clouds, run.labels)
@@ -86,7 +86,6 @@ def _classify(run: Run, name: str, recipe: Recipe) -> None:
         usual = np.array([one.truth.kind not in FURTHER for one in run.found])
         run.taken_for[name + WITH_SIZE] = left_out(vectors, run.labels, everything)
         run.taken_for[name + USUAL] = left_out(plain, run.labels, usual)
-        run.taken_for[name + WITH_SIZE + USUAL] = left_out(vectors, run.labels, usual)
 
 
 def left_out(vectors: np.ndarray, labels: np.ndarray, among: np.ndarray) -> np.ndarray:

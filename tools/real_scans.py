@@ -6,8 +6,9 @@
 A row is a class of a set: labelled objects, those found (IoU of the candidate's rectangle with the truth at
 least 0.4 for boxes drawn by hand, 0.3 for rectangles of 3D boxes), and false positives a scan, within 4.5 m
 indoors and at any range. Only the labelled field of view counts; buses, trucks, riders and the like are
-ignored. Classes that are not labelled in a set are listed with the number of their detections. Below the
-table: every labelled object that was missed, and what became of the candidate that fits it best.
+ignored. Classes that are not labelled in a set have "-", and all their detections count as false, which they
+need not be; "all" is the sum over classes. Below the table: every labelled object that was missed, and what
+became of the candidate that fits it best.
 """
 
 import argparse
@@ -50,12 +51,11 @@ class Row:
     false_all: int = 0
 
     def __str__(self) -> str:
-        what = f"{self.set:17}{self.label:13}{self.min_points:>7}"
-        if not self.is_labelled:
-            return f"{what}  {'not labelled':>16}{self.false_near:9d}{self.false_all:9d}{self.scans:7d}"
         share = f"{self.found / self.labelled:.2f}" if self.labelled else "-"
+        counts = (self.labelled, self.found, share) if self.is_labelled else ("-", "-", "-")
         near, every = (count / max(self.scans, 1) for count in (self.false_near, self.false_all))
-        return f"{what}{self.labelled:6d}{self.found:6d}{share:>6}{near:9.2f}{every:9.2f}{self.scans:7d}"
+        what = f"{self.set:17}{self.label:13}{self.min_points:>7}{counts[0]:>6}{counts[1]:>6}{counts[2]:>6}"
+        return f"{what}{near:9.2f}{every:9.2f}{self.scans:7d}"
 
 
 COUNTS = f"{'n':>6}{'found':>6}{'share':>6}{'FP near':>9}{'FP all':>9}{'scans':>7}"
@@ -88,8 +88,16 @@ def measure(real: RealSet, pipeline: Pipeline, out: Path) -> tuple[list[Row], li
                 boxes = [entry for name, entry in truth if name == label]
                 missed += _count(rows[label, least], result, boxes, real)
         _draw(result, truths[-1], out / f"{real.name}_{_name(scan)}.png")
-    kept = [row for row in rows.values() if row.is_labelled or row.min_points == real.min_points[0]]
-    return kept, list(dict.fromkeys(missed))
+    first = [row for row in rows.values() if row.min_points == real.min_points[0]]
+    kept = [row for row in rows.values() if row.is_labelled or (row in first and row.false_all)]
+    return [*kept, _total(first)], list(dict.fromkeys(missed))
+
+
+def _total(rows: list[Row]) -> Row:
+    """What was detected in excess of the labels, over all classes."""
+    near, every = sum(row.false_near for row in rows), sum(row.false_all for row in rows)
+    first = rows[0]
+    return Row(first.set, "all", first.min_points, False, first.scans, false_near=near, false_all=every)
 
 
 def _count(row: Row, result: Result, truth: list[Annotation], real: RealSet) -> Iterator[str]:

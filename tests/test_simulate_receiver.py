@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from laserimg.simulate.footprint import AROUND, Beam, near_edges, rays_around
@@ -34,6 +34,7 @@ def rising_edge(pulse, pulse_m):
     return nearest + sum(pulls), total
 
 
+@settings(deadline=None)
 @given(st.lists(ECHO, min_size=1, max_size=30), st.booleans())
 def test_received_like_the_slow_reference(echoes, strongest):
     receiver = Receiver(reach_m=3.0, pulse_m=0.55, strongest=strongest)
@@ -50,6 +51,7 @@ def test_received_like_the_slow_reference(echoes, strongest):
             assert found[:, number] == pytest.approx(expected, rel=1e-5)
 
 
+@settings(deadline=None)
 @given(st.floats(-80, 80), st.floats(-60, 60), st.floats(0.5, 20), st.sampled_from(sorted(SCANNERS)))
 def test_a_plane_however_steep_has_no_edges(yaw, pitch, distance, name):
     scanner = SCANNERS[name]
@@ -77,12 +79,14 @@ def test_a_jump_is_found_on_both_sides_and_across_the_seam():
     assert not near_edges(range_m, 0.03, (0, 0), False)[:, 0].any()
 
 
+@settings(deadline=None)
 @given(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 6.3))
 def test_rays_around_a_beam_lie_on_its_cone(x, y, z, turn):
     direction = np.array([[x, y, z + 1e-3]])
     direction = (direction / np.linalg.norm(direction)).astype(np.float32)
     beam = Beam(0.02, 0.01)
-    starts, along = rays_around(np.zeros(3), direction, beam, np.array([turn], np.float32))
+    aside = np.cross(direction, direction[:, [1, 2, 0]] + [0.1, 0, 0]).astype(np.float32)
+    starts, along = rays_around(np.zeros(3), direction, aside, beam, np.array([turn], np.float32))
     assert starts.shape == along.shape == (AROUND, 3)
     np.testing.assert_allclose(np.linalg.norm(along, axis=1), 1, atol=1e-5)
     # Halves of the diameters, and the root mean square radius of the outer six sevenths of a disc: 0.756.
@@ -90,3 +94,19 @@ def test_rays_around_a_beam_lie_on_its_cone(x, y, z, turn):
     np.testing.assert_allclose(np.linalg.norm(along - direction, axis=1), 0.005 * 0.756, rtol=5e-3)
     np.testing.assert_allclose(starts @ direction[0], 0, atol=1e-6)
     np.testing.assert_allclose(along.mean(axis=0), direction[0], atol=1e-4)
+
+
+def test_flat_beams_are_wide_along_the_row():
+    ahead, left = np.array([[1, 0, 0]], np.float32), np.array([[0, 2, 0]], np.float32)
+    spreads = []
+    for turn in np.linspace(0, 6, 40):
+        _, along = rays_around(np.zeros(3), ahead, left, Beam(0.0, 0.01, 0.4), np.array([turn], np.float32))
+        spreads.append(along[:, 1:].std(axis=0))
+    wide, high = np.mean(spreads, axis=0)
+    assert high / wide == pytest.approx(0.4, abs=0.01)
+
+
+def test_beams_of_a_row_that_coincide_have_some_rays_around_them():
+    up, still, turn = np.array([[0, 0, 1]], np.float32), np.zeros((1, 3), np.float32), np.zeros(1, np.float32)
+    _, along = rays_around(np.zeros(3), up, still, Beam(0.0, 0.01), turn)
+    np.testing.assert_allclose(np.linalg.norm(along - up, axis=1), 0.005 * 0.756, rtol=5e-3)

@@ -24,12 +24,15 @@ class Hits:
         Metres; infinity where nothing was hit.
     normal : (n, 3) array of float32
         Unit, against the ray; 0 where nothing was hit.
+    cosine : (n,) array of float32
+        Of the incidence.
     face : (n,) array of int32
         -1 where nothing was hit.
     """
 
     distance: NDArray[np.float32]
     normal: NDArray[np.float32]
+    cosine: NDArray[np.float32]
     face: NDArray[np.int32]
 
 
@@ -74,5 +77,6 @@ class Caster:
         hit = face >= 0
         distance = np.where(hit, np.asarray(found["tfar"], np.float32), np.float32(np.inf))
         normal = np.where(hit[:, None], self.normals[face], np.float32(0))
-        normal *= -np.copysign(np.float32(1), np.einsum("ij,ij->i", normal, along))[:, None]
-        return Hits(distance, normal, face)
+        cosine = np.einsum("ij,ij->i", normal, along)
+        normal *= -np.copysign(np.float32(1), cosine)[:, None]
+        return Hits(distance, normal, np.abs(cosine), face)

@@ -74,13 +74,10 @@ def echoes_along(caster: Caster, origins: ArrayLike, directions: Float32Array) -
         met = hits.face >= 0
         if not met.all():
             rays, hits = _chosen(rays, met), _chosen(hits, met)
-        cosine = -np.einsum("ij,ij->i", hits.normal, rays.along)
-        mirrored = _mirrored(caster, hits.face, cosine)
-        found.append(_echoes(caster, rays, hits, cosine, mirrored))
+        mirrored = _mirrored(caster, hits)
+        found.append(_echoes(caster, rays, hits, mirrored))
         smooth = np.flatnonzero(caster.smooth[hits.face])
-        rays = _sent_on(
-            caster, _chosen(rays, smooth), _chosen(hits, smooth), cosine[smooth], mirrored[smooth]
-        )
+        rays = _sent_on(caster, _chosen(rays, smooth), _chosen(hits, smooth), mirrored[smooth])
     names = [one.name for one in fields(Echoes)]
     return Echoes(*(np.concatenate([getattr(echoes, name) for echoes in found]) for name in names))
 
@@ -98,23 +95,23 @@ def _chosen(record: _Record, which: NDArray) -> _Record:
     return type(record)(*(getattr(record, one.name)[which] for one in fields(record)))
 
 
-def _mirrored(caster: Caster, face: NDArray[np.int32], cosine: Float32Array) -> Float32Array:
+def _mirrored(caster: Caster, hits: Hits) -> Float32Array:
     """Mirrored share; that of panes grows with the angle as Fresnel's (Schlick 1994,
     doi:10.1111/1467-8659.1330233).
     """
-    share = caster.mesh.specular[face]
-    pane = np.flatnonzero(caster.mesh.transmission[face] > 0)
-    share[pane] += (1 - share[pane]) * (1 - cosine[pane]) ** 5
+    share = caster.mesh.specular[hits.face]
+    pane = np.flatnonzero(caster.mesh.transmission[hits.face] > 0)
+    share[pane] += (1 - share[pane]) * (1 - hits.cosine[pane]) ** 5
     return share
 
 
-def _echoes(caster: Caster, rays: _Rays, hits: Hits, cosine: Float32Array, mirrored: Float32Array) -> Echoes:
-    sent: Float32Array = caster.mesh.reflectance[hits.face] * cosine
+def _echoes(caster: Caster, rays: _Rays, hits: Hits, mirrored: Float32Array) -> Echoes:
+    sent: Float32Array = caster.mesh.reflectance[hits.face] * hits.cosine
     shiny = np.flatnonzero(mirrored)
     # White sends back 1 / pi of the power a steradian; a lobe of exponent n, (n + 2) / (2 pi).
     lobe = np.where(caster.smooth[hits.face[shiny]], np.float32(SMOOTH_LOBE), np.float32(GLOSSY_LOBE))
-    back = np.maximum(2 * cosine[shiny] ** 2 - 1, 0)
-    sent[shiny] += mirrored[shiny] * (lobe / 2 + 1) * back**lobe * cosine[shiny]
+    back = np.maximum(2 * hits.cosine[shiny] ** 2 - 1, 0)
+    sent[shiny] += mirrored[shiny] * (lobe / 2 + 1) * back**lobe * hits.cosine[shiny]
     way = rays.way_m + hits.distance
     power = rays.share * sent * np.maximum(way, np.float32(STEP_M)) ** np.float32(-2)
     is_image = rays.mirror >= 0
@@ -122,13 +119,13 @@ def _echoes(caster: Caster, rays: _Rays, hits: Hits, cosine: Float32Array, mirro
     return Echoes(rays.number, way, power, face, np.where(is_image, rays.mirror_m, way))
 
 
-def _sent_on(caster: Caster, rays: _Rays, hits: Hits, cosine: Float32Array, mirrored: Float32Array) -> _Rays:
+def _sent_on(caster: Caster, rays: _Rays, hits: Hits, mirrored: Float32Array) -> _Rays:
     """The rays from the smooth surfaces they met, through them or mirrored."""
     # The share that passes is given for rays straight on: what is mirrored more at an angle, passes less.
     straight = 1 - caster.mesh.specular[hits.face]
     passed = caster.mesh.transmission[hits.face] * (1 - mirrored) / np.maximum(straight, 1e-6)
     turns = mirrored > passed
-    along = rays.along + np.where(turns, 2 * cosine, np.float32(0))[:, None] * hits.normal
+    along = rays.along + np.where(turns, 2 * hits.cosine, np.float32(0))[:, None] * hits.normal
     start = rays.start + hits.distance[:, None] * rays.along + np.float32(STEP_M) * along
     way = rays.way_m + hits.distance
     first = turns & (rays.mirror < 0)

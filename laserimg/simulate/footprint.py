@@ -15,7 +15,7 @@ AROUND_RADIUS = float(np.sqrt((1 + 1 / (AROUND + 1)) / 2))
 
 
 class Beam(NamedTuple):
-    """A round beam: its diameter at the scanner, and how it grows.
+    """A beam: its diameter at the scanner, and how it grows.
 
     Parameters
     ----------
@@ -23,10 +23,13 @@ class Beam(NamedTuple):
         Diameter where it leaves the scanner.
     divergence_rad : float
         Full angle.
+    height : float
+        Diameter across the rows of the grid, as a share of that along them: laser diodes shine in ellipses.
     """
 
     window_m: float
     divergence_rad: float
+    height: float = 1.0
 
 
 def near_edges(distance: Float32Array, jump_m: float, reach: tuple[int, int], wraps: bool) -> BoolArray:
@@ -68,7 +71,11 @@ def _bent(before: Float32Array, at: Float32Array, after: Float32Array, jump_m: f
 
 
 def rays_around(
-    origin: NDArray[np.float64], directions: Float32Array, beam: Beam, turns: Float32Array
+    origin: NDArray[np.float64],
+    directions: Float32Array,
+    along_row: Float32Array,
+    beam: Beam,
+    turns: Float32Array,
 ) -> tuple[Float32Array, Float32Array]:
     """Return the six rays around the middle of each beam, one beam after the other.
 
@@ -76,6 +83,8 @@ def rays_around(
     ----------
     origin : (3,) array
     directions : (n, 3) array of float32
+    along_row : (n, 3) array of float32
+        From each beam to the next of its row, of any length.
     beam : Beam
     turns : (n,) array of float32
         Radians to turn the six about the middle, so that they are not the same for all beams.
@@ -84,9 +93,10 @@ def rays_around(
     -------
     starts, directions : (6 n, 3) arrays of float32
     """
-    across, up = _crosswise(directions)
+    right, up = _crosswise(directions, along_row)
     angle = turns[:, None] + np.arange(AROUND, dtype=np.float32) * np.float32(2 * np.pi / AROUND)
-    aside = np.cos(angle)[..., None] * across[:, None] + np.sin(angle)[..., None] * up[:, None]
+    up *= np.float32(beam.height)
+    aside = np.cos(angle)[..., None] * right[:, None] + np.sin(angle)[..., None] * up[:, None]
     aside *= np.float32(AROUND_RADIUS / 2)
     starts = np.asarray(origin, np.float32) + np.float32(beam.window_m) * aside
     along = directions[:, None] + np.float32(beam.divergence_rad) * aside
@@ -94,11 +104,12 @@ def rays_around(
     return starts.reshape(-1, 3), along.reshape(-1, 3)
 
 
-def _crosswise(directions: Float32Array) -> tuple[NDArray, NDArray]:
-    """Two unit vectors across each direction and each other (Duff et al. 2017, JCGT 6(1))."""
-    x, y, z = directions.T
-    sign = np.copysign(np.float32(1), z)
-    a = -1 / (sign + z)
-    b = x * y * a
-    one = np.stack([1 + sign * x * x * a, sign * b, -sign * x], axis=1)
-    return one, np.stack([b, sign + y * y * a, -y], axis=1)
+def _crosswise(directions: Float32Array, along_row: Float32Array) -> tuple[NDArray, NDArray]:
+    """Unit vectors across each direction, along the row and across it; where beams of a row coincide, any."""
+    along = np.einsum("ij,ij->i", along_row, directions)[:, None]
+    right = along_row - along * directions
+    length = np.linalg.norm(right, axis=1, keepdims=True)
+    lost = length[:, 0] < 1e-6
+    right[lost] = np.cross(directions[lost], np.roll(directions[lost], 1, axis=1))
+    right /= np.where(lost[:, None], np.linalg.norm(right, axis=1, keepdims=True), length)
+    return right, np.cross(right, directions)

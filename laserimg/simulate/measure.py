@@ -125,7 +125,9 @@ def _measured(
     """Range before noise and power of each beam; 0 and 0 for no return."""
     edge = np.flatnonzero(near_edges(_deepest(middle, scanner), *_edge_sizes(scanner), scanner.wraps))
     turns = rng.uniform(0, 2 * np.pi, len(edge)).astype(np.float32)
-    around = echoes_along(caster, *rays_around(origin, along[edge], scanner.beam, turns))
+    around = echoes_along(
+        caster, *rays_around(origin, along[edge], _along_row(along, edge, scanner), scanner.beam, turns)
+    )
     share = np.ones(len(along), np.float32)
     share[edge] = 1 / (AROUND + 1)
     beam = np.concatenate([middle.ray, edge[around.ray // AROUND]])
@@ -134,6 +136,13 @@ def _measured(
     power *= np.maximum(noise, 0)[beam]
     distance = np.concatenate([middle.distance, around.distance])
     return received(beam, distance, power, len(along), scanner.receiver)
+
+
+def _along_row(along: Float32Array, beam: NDArray[np.intp], scanner: Scanner) -> Float32Array:
+    """From some beams to the next of their row; from the last of a row as from the one before."""
+    width = scanner.directions.shape[1]
+    start = beam - (beam % width == width - 1)
+    return along[start + 1] - along[start]
 
 
 def _deepest(middle: Echoes, scanner: Scanner) -> Float32Array:
@@ -149,7 +158,8 @@ def _edge_sizes(scanner: Scanner) -> tuple[float, tuple[int, int]]:
     row, column = scanner.directions.shape[0] // 2, scanner.directions.shape[1] // 2
     middle, below, right = scanner.directions[[row, row + 1, row], [column, column, column + 1]]
     radius = scanner.beam.divergence_rad / 2
-    rows, columns = (int(radius / np.linalg.norm(middle - other)) for other in (below, right))
+    columns = int(radius / np.linalg.norm(middle - right))
+    rows = int(radius * scanner.beam.height / np.linalg.norm(middle - below))
     return 3 * scanner.noise.white_m, (rows, columns)
 
 
@@ -178,8 +188,11 @@ def _truth(middle: Echoes, exact: Float32Array, weakest: float) -> tuple[NDArray
     face, seen_m = np.full(len(exact), -1, np.int32), np.zeros(len(exact), np.float32)
     # Of several surfaces the one nearest to the measured range, if it is strong enough to be it; of a beam
     # without a return the strongest. Weak ones come last.
-    could_be = (exact[middle.ray] > 0) & (middle.power * (AROUND + 1) >= weakest)
-    rank = np.where(could_be, np.abs(middle.distance - exact[middle.ray]), 1e6 / (middle.power + 1e-9))
-    order = np.argsort(-rank)
-    face[middle.ray[order]], seen_m[middle.ray[order]] = middle.face[order], middle.seen_m[order]
+    several = np.flatnonzero(np.bincount(middle.ray, minlength=len(exact))[middle.ray] > 1)
+    ray, power = middle.ray[several], middle.power[several]
+    could_be = (exact[ray] > 0) & (power * (AROUND + 1) >= weakest)
+    rank = np.where(could_be, np.abs(middle.distance[several] - exact[ray]), 1e6 / (power + 1e-9))
+    last = several[np.argsort(-rank)]
+    face[middle.ray], seen_m[middle.ray] = middle.face, middle.seen_m
+    face[middle.ray[last]], seen_m[middle.ray[last]] = middle.face[last], middle.seen_m[last]
     return face, seen_m

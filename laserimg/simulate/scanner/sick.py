@@ -20,7 +20,8 @@ def lms200_tilt() -> Scanner:
     noise (1 sigma to 8 m), millimetres to 32 m in mode 06h. From two public recordings (3DTK, dat/), as
     `docs/simulate.md` describes them: tilts from -48.7 to 67.6 degrees in 226 slices; ranges in steps of
     8.1-8.7 mm, which make the rings; noise of 3 mm at 1 m and 7 mm at 10 m, rings included; mixed pixels
-    at gaps up to 1.2 m. The 0.3 m minimum is our assumption. The reflectivity values are not linear and
+    at gaps up to 1.2 m, at upright edges 1.6 times as often as at level ones, so that the beam is 0.6 times
+    as high as wide. The 0.3 m minimum is our assumption. The reflectivity values are not linear and
     have no unit (Telegram Listing 8007954): a square root to 13000 is our assumption.
     """
     fan = np.radians(np.linspace(90, -90, 361))
@@ -32,7 +33,7 @@ def lms200_tilt() -> Scanner:
         step_m=0.001,
         min_range_m=0.3,
         max_range_m=32.0,
-        beam=Beam(0.012, 0.0044),
+        beam=Beam(0.012, 0.0044, height=0.6),
         receiver=Receiver(reach_m=10.0, pulse_m=1.2, strongest=False),
         noise=Noise(white_m=0.0022, weakest_m=0.014, ring_m=0.0024, ring_period_m=0.0084, power=0.05),
         intensity=Intensity(made_up=0.0, exponent=0.5, scale=6000, top=13000),

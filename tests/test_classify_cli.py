@@ -10,6 +10,8 @@ from command import laserimg
 from laserimg.formats.npz import write_npz
 from test_classify import objects, room
 
+ONE_BALL = "laserimg: class ball has only 1 object; at least 2 are needed"
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
@@ -95,7 +97,7 @@ def test_a_class_with_one_object(folder, tmp_path):
         for file in sorted((folder / label).iterdir())[:count]:
             (tmp_path / label / file.name).write_bytes(file.read_bytes())
     done = laserimg("classify", "train", tmp_path, "--scale", "0.001", "-o", tmp_path / "m.npz")
-    assert (done.code, done.err) == (1, "laserimg: class ball has only 1 object; at least 2 are needed\n")
+    assert (done.code, done.err) == (1, f"{ONE_BALL}, or name the other classes with --classes\n")
 
 
 @pytest.mark.parametrize(

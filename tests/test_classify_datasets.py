@@ -10,7 +10,7 @@ from laserimg.classify import Recipe
 from laserimg.classify.datasets import DATA_SETS, dataset_objects
 from laserimg.classify.datasets.point_labels import RELLIS, SEMANTIC_KITTI
 from laserimg.classify.datasets.sydney import read_sydney
-from laserimg.classify.sources import described, labelled_sources
+from laserimg.classify.sources import described, labelled_sources, read_cloud
 from laserimg.classify.validation import given_folds, leave_one_out
 from laserimg.errors import LabelError, ScanError
 from laserimg.projection import directions_from_angles
@@ -106,6 +106,16 @@ def test_objects_without_folds_say_so(tmp_path):
     done = laserimg("classify", "evaluate", "--own-folds", tmp_path)
     assert done.code == 1
     assert "come without folds" in done.err
+
+
+def test_an_object_in_a_ply_file_is_a_cloud_like_one_in_a_text_file(tmp_path):
+    points = np.random.default_rng(0).uniform(0, 1, (50, 3)).round(3)
+    lines = "".join(f"{x:.3f} {y:.3f} {z:.3f}\n" for x, y, z in points)
+    names = "".join(f"property float {axis}\n" for axis in "xyz")
+    (tmp_path / "a.xyz").write_text(lines)
+    (tmp_path / "a.ply").write_text(f"ply\nformat ascii 1.0\nelement vertex 50\n{names}end_header\n{lines}")
+    from_text, from_ply = read_cloud(tmp_path / "a.xyz"), read_cloud(tmp_path / "a.ply")
+    np.testing.assert_allclose(from_ply.points, from_text.points, atol=1e-6)
 
 
 # --- scans with labels ---

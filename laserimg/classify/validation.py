@@ -124,6 +124,9 @@ def _prepared(vectors: NDArray, labels: Labels, least: int) -> tuple[Labels, Arr
         raise ConfigError(f"needs objects of at least 2 classes, got {len(classes)}")
     if counts.min() < least:
         few = classes[int(counts.argmin())]
-        raise ConfigError(f"class {few} has only {int(counts.min())} object; at least {least} are needed")
+        raise ConfigError(
+            f"class {few} has only {int(counts.min())} object; at least {least} are needed, "
+            "or name the other classes with --classes"
+        )
     values = np.asarray(vectors, np.float64)
     return classes, values @ values.T

@@ -20,7 +20,7 @@ import numpy as np
 from laserimg.readers import open_scans
 from laserimg.scan import Scan
 from laserimg.simulate.measure import simulated
-from laserimg.simulate.scanner import SCANNERS
+from laserimg.simulate.scanner import SCANNERS, Scanner
 from laserimg.simulate.scenes import SCENES
 
 DATA = Path(os.environ.get("LASERIMG_DATA", Path(__file__).parents[2] / "shared" / "data"))
@@ -42,8 +42,7 @@ def main() -> None:
     options = parser.parse_args()
     name, floor_m = REAL[options.scene]
     real = next(iter(open_scans(DATA / name)))
-    like = {"directions": real.directions, "wraps": real.wraps, "shot": None, "min_range_m": 0.05}
-    scanner = replace(SCANNERS["lms200_tilt"], **like)
+    scanner = scanner_along(real)
     rows, seconds, labels = [], [], Counter()
     for number in range(options.count):
         start = time.process_time()
@@ -61,6 +60,12 @@ def main() -> None:
         print(line(f"{share} % of simulated", np.percentile(rows, share, axis=0)))
     print(", ".join(f"{label} {n / options.count:.1f}" for label, n in labels.most_common()), "a scan")
     print(f"{1000 * np.mean(seconds):.0f} ms a scene, {1000 * np.median(seconds):.0f} in the middle")
+
+
+def scanner_along(real: Scan) -> Scanner:
+    """Return an LMS 200 with the beams of a real scan, which shows its carrier from 5 cm on."""
+    model = SCANNERS["lms200_tilt"]
+    return replace(model, directions=real.directions, wraps=real.wraps, min_range_m=0.05, head=None)
 
 
 def figures(scan: Scan, floor_m: float) -> list[float]:

@@ -17,7 +17,7 @@ TIGHT_LINK = LINK / 1.5
 SURROUNDINGS = 2.0
 
 # Of the returns in a box so many must be of objects for the floor and large planes to be left out.
-LEAST_OBJECTS = 0.3
+LEAST_OBJECTS = 0.1
 # The range of a box is this quantile of its returns': a chair's middle looks through to the wall.
 NEAR = 0.3
 

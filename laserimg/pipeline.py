@@ -15,9 +15,17 @@ from laserimg.images import make_images
 from laserimg.matching import matching_region, region_of_box, shares
 from laserimg.measure import MetricBox, metric_box
 from laserimg.regions import Partition, Region, reference_regions, regions_of
-from laserimg.rules.checks import Check, continuity, demoted_score, no_region, size_rules, sure_enough
+from laserimg.rules.checks import (
+    Check,
+    continuity,
+    demoted_score,
+    no_region,
+    size_rules,
+    sure_enough,
+    with_odds,
+)
 from laserimg.rules.file import load_rules
-from laserimg.rules.model import SHARES, ClassRules, Interval, Rules
+from laserimg.rules.model import ClassRules, Interval, Rules
 from laserimg.rules.suppression import MAX_IOU, Claim, suppressed_by
 from laserimg.scan import Scan
 from laserimg.sources import detectors_for
@@ -150,22 +158,18 @@ class Pipeline:
         rules = self.rules[candidate.label]
         if candidate.region is not None:
             return candidate.region
-        if rules.asks_continuity or not candidate.ranked:
-            return matching_region(evidence, candidate.box, rules.region_inside, rules.region_fills)
-        return region_of_box(evidence, candidate.box, SHARES["region_inside"], SHARES["region_fills"])
+        find = region_of_box if _is_doubted(candidate, rules) else matching_region
+        return find(evidence, candidate.box, rules.region_inside, rules.region_fills)
 
     def _judged(self, evidence: Evidence, candidate: Candidate, region: Region | None) -> Finding:
         rules = self.rules[candidate.label]
-        sure = sure_enough(candidate.score, rules) if candidate.scored else ()
         if region is None:
-            return _finding(candidate, None, None, (*sure, no_region()), rules)
+            return _finding(candidate, None, None, (no_region(),), rules)
         scan = evidence.scan
         window = Window.of(candidate.box, scan.shape, scan.wraps)
         size = metric_box(scan, region, evidence.floor)
         inside, fills = shares(region, window, scan.shape, window.cut(scan.valid))
-        asked = rules.asks_continuity or not candidate.ranked
-        continuous = continuity(inside, fills, rules) if asked else ()
-        checks = (*sure, *continuous, *size_rules(size, rules))
+        checks = (*continuity(inside, fills, rules), *size_rules(size, rules))
         return _finding(candidate, region, size, checks, rules)
 
     def _settled(self, evidence: Evidence, findings: list[Finding]) -> tuple[Finding, ...]:
@@ -190,10 +194,24 @@ def _finding(
     rules: ClassRules,
 ) -> Finding:
     failed = [check.reason for check in checks if not check.passed]
-    unsure = bool(checks) and checks[0].name == "score" and not checks[0].passed
-    accepted = not failed or (rules.on_fail == "demote" and region is not None and not unsure)
-    score = demoted_score(candidate.score, checks, rules)
-    return Finding(candidate, score, region, size, checks, accepted, "" if accepted else failed[0])
+    doubted = _is_doubted(candidate, rules)
+    score = candidate.score
+    if doubted and not failed:
+        score = with_odds(score, candidate.odds or 0.0)
+    elif rules.on_fail == "demote":
+        score = demoted_score(score, checks)
+    lowers = doubted or rules.on_fail == "demote"
+    sure = sure_enough(score, rules) if candidate.scored else ()
+    passed = not failed or (lowers and region is not None)
+    accepted = passed and all(check.passed for check in sure)
+    unsure = [check.reason for check in sure if not check.passed]
+    reasons = [*unsure, *failed] if doubted else [*failed, *unsure]
+    return Finding(candidate, score, region, size, (*checks, *sure), accepted, "" if accepted else reasons[0])
+
+
+def _is_doubted(candidate: Candidate, rules: ClassRules) -> bool:
+    """Whether no check ends the candidate: its score says more."""
+    return rules.on_fail == "doubt" and candidate.odds is not None
 
 
 def _claim(finding: Finding) -> Claim:

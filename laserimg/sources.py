@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 from laserimg.detectors.candidate import Detector
-from laserimg.detectors.ranked import RankedDetector
+from laserimg.detectors.ranked import RankedDetector, proposer
 from laserimg.detectors.regions import RegionDetector
 from laserimg.detectors.search import Scale, WindowDetector
 from laserimg.detectors.second_stage import SecondStage
@@ -56,7 +56,9 @@ def detectors_for(
         if isinstance(model, SecondStage) and wanted.get(model.card.label, set()) - _REGIONS
     )
     served = {stage.card.label for stage in stages}
-    proposing = tuple(window for window in windows if window.model.card.label in served)
+    proposing = tuple(
+        proposer(window.model, scale) for window in windows if window.model.card.label in served
+    )
     ranked = (RankedDetector(stages, proposing),) if stages else ()
     alone = [window for window in windows if window.model.card.label not in served]
     from_regions = tuple(label for label in wanted if wanted[label] & _REGIONS and label not in served)

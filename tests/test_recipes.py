@@ -17,10 +17,12 @@ from laserimg.evidence import Evidence
 from laserimg.formats.card import Card, read_card
 from laserimg.images import make_images
 from laserimg.pipeline import Pipeline
+from laserimg.recipes.cards import card_of, is_described_by, write_card_beside
 from laserimg.recipes.cascade_samples import COPIES, samples_of
 from laserimg.recipes.recipe import read_recipe
-from laserimg.recipes.threshold import best_threshold
+from laserimg.recipes.threshold import chances
 from laserimg.rules.file import load_rules, parse_rules
+from window_models import blob_xml
 
 RECIPE = """format = 1
 class = "bin"
@@ -98,19 +100,12 @@ def test_an_object_of_another_shape_than_the_window_is_not_learnt():
     assert len(samples_of(seen, card, boxes, np.empty((0, 4)), np.random.default_rng(0)).positives) == 0
 
 
-@given(st.lists(st.tuples(st.floats(-3, 3), st.booleans()), min_size=1, max_size=20), st.integers(0, 5))
-def test_the_threshold_has_the_best_f1(found, missed):
-    margins = np.array([margin for margin, _ in found])
-    hits = np.array([hit for _, hit in found])
-    objects = int(hits.sum()) + missed
-
-    def f1(threshold):
-        sure = margins > threshold
-        return 2 * (sure & hits).sum() / max(objects + sure.sum(), 1)
-
-    if hits.any() and len(set(margins.round(6))) == len(margins):
-        every = [f1(threshold) for threshold in [*(margins - 1e-9), 9.0]]
-        assert f1(best_threshold(margins, hits, objects)) == pytest.approx(max(every))
+@given(st.floats(0.5, 3), st.floats(-2, 2), st.floats(0.5, 3), st.integers(0, 99))
+def test_chances_are_those_that_hits_were_drawn_with(slope, shift, odds, seed):
+    rng = np.random.default_rng(seed)
+    margins, passed = rng.normal(0, 2, 6000), rng.uniform(size=6000) < 0.5
+    hits = rng.uniform(size=6000) < 1 / (1 + np.exp(-(slope * margins + shift + odds * passed)))
+    assert chances(margins, passed, hits) == pytest.approx((slope, shift, odds), abs=0.5)
 
 
 @pytest.fixture
@@ -150,6 +145,19 @@ def test_too_few_scans_to_learn_from_are_an_error_in_one_line(tmp_path, laserimg
         2,
     )
     assert code == 1 and error.count("\n") == 1 and "needed: more scans" in error
+
+
+def test_a_cascade_is_trained_again_only_if_its_recipe_or_file_changed(tmp_path):
+    recipe = read_recipe(written(tmp_path, RECIPE))
+    path = tmp_path / "bin.depth.xml"
+    path.write_bytes(blob_xml())
+    card = card_of(recipe, recipe.cascades[0], 10)
+    assert not is_described_by(path, card)
+    write_card_beside(path, card, stages=1)
+    assert is_described_by(path, card)
+    assert not is_described_by(path, card_of(replace(recipe, seed=4), recipe.cascades[0], 10))
+    path.write_bytes(blob_xml() + b" ")
+    assert not is_described_by(path, card)
 
 
 @pytest.mark.long

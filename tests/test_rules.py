@@ -106,7 +106,6 @@ height_above_floor = [-1, 2]
         region_inside=0.0,
         on_fail="demote",
         line=3,
-        asks_continuity=True,
     )
     assert rules["traffic light"].limits == {"height_above_floor": Interval(-1, 2)}
     assert rules["traffic light"].sources == ("cascade", "hog")
@@ -135,7 +134,7 @@ WRONG = [
     ("[bin]\nfrom = []", 3, "from must be a list"),
     ("[bin]\nfrom = ['hog', 'hog']", 3, "from names a source twice"),
     ("[bin]\nfrom = ['cascades']", 3, "unknown source 'cascades', did you mean 'cascade'?"),
-    ("[bin]\non_fail = ['reject']", 3, 'on_fail must be "reject" or "demote"'),
+    ("[bin]\non_fail = ['reject']", 3, 'on_fail must be "reject", "demote" or "doubt"'),
     ("[bin]\nregion_fills = 1", 3, "region_fills must be a number from 0 to below 1"),
     ("[bin]\nregion_fills = nan", 3, "region_fills must be"),
     ("[bin]\nx = 1\nx = 2", 4, "a key is given twice"),

@@ -104,7 +104,7 @@ def test_boxes_are_moved_and_resized_as_the_correction_says():
 
 def test_scores_are_half_on_the_plane_and_grow_with_the_margin():
     one = stage(2, weights=np.float32([1, 0]), bias=-2.0, slope=3.0)
-    scores = one.scores(np.float32([[2, 9], [3, 9], [-99, 0]]))
+    scores = one.scores(one.margins(np.float32([[2, 9], [3, 9], [-99, 0]])))
     assert scores == pytest.approx([0.5, 1 / (1 + np.exp(-3)), 0], abs=1e-6)
 
 
@@ -154,7 +154,7 @@ def test_a_wrong_file_is_a_model_error(tmp_path, change, message):
         "still": np.zeros(4),
     }
     path = tmp_path / "bin.npz"
-    np.savez(path, **(arrays | {"layout": np.int32(1), "regions": 1} | change))
+    np.savez(path, **(arrays | {"layout": np.int32(1), "regions": 1, "passed": 0.5} | change))
     with pytest.raises(ModelError, match=message):
         load_second_stage(path, CARD)
 

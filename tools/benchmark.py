@@ -16,7 +16,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -26,11 +26,14 @@ from numpy.typing import NDArray
 
 import scenes
 from laserimg.clusters import find_clusters
+from laserimg.detectors.search import WindowDetector
+from laserimg.detectors.shipped import detector_files, shipped_folder
 from laserimg.formats.npz import write_npz
 from laserimg.geometry.floor import Floor, find_floor
 from laserimg.images import IMAGE_KINDS, make_images, write_png
 from laserimg.measure import metric_box
 from laserimg.normals import normals
+from laserimg.pipeline import Pipeline
 from laserimg.rbnn import rbnn
 from laserimg.regions import reference_regions, regions_of
 from laserimg.rules.checks import size_rules
@@ -249,7 +252,62 @@ def _degrees(a: NDArray, b: NDArray) -> NDArray:
     return np.degrees(np.arccos(np.clip((a * b).sum(axis=-1), -1, 1)))
 
 
+def detectors_section() -> Iterator[Row]:
+    """The whole pipeline with all shipped detectors beside one plain search by a cascade of 25 stages."""
+    yield from _detector_rows("room", benchmark_room()[0])
+    yield from _detector_rows("street", benchmark_street()[0])
+
+
+def _detector_rows(name: str, scan: Scan) -> Iterator[Row]:
+    peer, plain = _plain_cascade()
+    gray = cv2.cvtColor(make_images(scan, ["normals_view"])["normals_view"], cv2.COLOR_RGB2GRAY)
+    pipeline = Pipeline.from_folder()
+    classes = sum(len(getattr(one, "stages", ())) for one in pipeline.detectors)
+    what = f"pipeline, {classes} classes, {name}"
+    yield within(what, lambda: pipeline(scan), peer, lambda: plain.detectMultiScale(gray), 5.0)
+    evidence = pipeline.observe(scan)
+    yield under("  floor, regions and images", lambda: pipeline.observe(scan), None)
+    for window in _windows(pipeline):
+        yield under(f"  cascade {window.model.name}", partial(window, evidence), None)
+    detectors = pipeline.detectors
+    yield under("  cascades and second stages", lambda: [one(evidence) for one in detectors], None)
+    yield under("  the same, measured and checked", lambda: pipeline.judge(evidence), None)
+
+
+def _plain_cascade() -> tuple[str, cv2.CascadeClassifier]:
+    """OpenCV's own of 25 stages, which its wheels hold before version 5, else the first that ships."""
+    folder = Path(cv2.__file__).parent / "data"
+    own = folder / "haarcascade_frontalface_default.xml"
+    if own.exists():
+        return "plain search, 25 stages", cv2.CascadeClassifier(str(own))
+    shipped = next(path for path in detector_files(shipped_folder()) if path.suffix == ".xml")
+    return f"plain search, {shipped.stem}", cv2.CascadeClassifier(str(shipped))
+
+
+def scale_section() -> Iterator[Row]:
+    """Metric search beside plain search of every size, by the shipped cascades: time and proposals."""
+    yield from _scale_rows("room", benchmark_room()[0])
+    yield from _scale_rows("street", benchmark_street()[0])
+
+
+def _scale_rows(name: str, scan: Scan) -> Iterator[Row]:
+    pipeline = Pipeline.from_folder()
+    evidence = pipeline.observe(scan)
+    for window in _windows(pipeline):
+        plain = replace(window, scale="plain")
+        peer = f"plain: {len(window(evidence))} against {len(plain(evidence))} proposed"
+        yield faster(
+            f"{window.model.name}, {name}", partial(window, evidence), peer, partial(plain, evidence)
+        )
+
+
+def _windows(pipeline: Pipeline) -> list[WindowDetector]:
+    return [window for one in pipeline.detectors for window in getattr(one, "windows", ())]
+
+
 SECTIONS = {
+    "detectors": detectors_section,
+    "scale": scale_section,
     "images": images_section,
     "normals": normals_section,
     "regions": regions_section,

@@ -19,7 +19,7 @@ KEY_HELP = "\n".join(
         *(f"  {q.name:<20}{f'({q.unit}) ' if q.unit else ''}{q.meaning}" for q in QUANTITIES.values()),
         *(f"  {name:<20}{MEANINGS[name]}; {value:g} when not set" for name, value in SHARES.items()),
         f"  {'from':<20}where candidates come from: {', '.join(SOURCES)}",
-        f"  {'on_fail':<20}what a failed check does: reject, or demote (lowers the score)",
+        f"  {'on_fail':<20}what a failed check does: reject, demote (lowers a score), doubt (see file)",
     ]
 )
 

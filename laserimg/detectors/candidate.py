@@ -27,8 +27,9 @@ class Candidate:
         Which one: the name of the cascade or second stage, or the source again.
     region : Region or None
         The region it was made from; None when one must be found.
-    ranked : bool
-        Whether a second stage gave the score, which then says more than the continuity check.
+    odds : float or None
+        If a second stage gave the score: by how much the logarithm of its odds grows when the
+        candidate passes all checks.
     """
 
     label: str
@@ -37,7 +38,7 @@ class Candidate:
     source: Source
     name: str
     region: Region | None = None
-    ranked: bool = False
+    odds: float | None = None
 
     @property
     def scored(self) -> bool:

@@ -19,7 +19,8 @@ SAME_IOU = 0.4
 # A box is moved by at most this share of its sides, and grows or shrinks by at most this factor's logarithm.
 MAX_MOVE = 0.5
 _MAX_BYTES = 4 << 20
-_SHAPES = {"weights": 1, "bias": 0, "slope": 0, "moves": 2, "still": 1, "regions": 0, "layout": 0}
+_NUMBERS = ("bias", "slope", "passed", "regions", "layout")
+_SHAPES = {"weights": 1, "moves": 2, "still": 1, **dict.fromkeys(_NUMBERS, 0)}
 # Another way of making vectors gets another number: a model is of one of them.
 LAYOUT_NUMBER = 1
 
@@ -44,6 +45,8 @@ class SecondStage:
     still : (4,) array of float32
         ``moves @ vector + still`` is how far the box's middle must go across and down, in its sides,
         and the logarithms of how much wider and higher it must be.
+    passed : float
+        Added to the logarithm of the odds of a box that passes all checks of its class.
     regions : bool
         Whether the rectangles of regions are proposed to it, beside what cascades propose.
     """
@@ -55,11 +58,15 @@ class SecondStage:
     slope: float
     moves: Float32Array
     still: Float32Array
+    passed: float = 0.0
     regions: bool = True
 
-    def scores(self, vectors: Float32Array) -> NDArray[np.float64]:
-        """Return the score (n,) of vectors (n, d), between 0 and 1."""
-        margins = (vectors @ self.weights).astype(np.float64) + self.bias
+    def margins(self, vectors: Float32Array) -> NDArray[np.float64]:
+        """Return ``vectors @ weights + bias`` (n,) of vectors (n, d)."""
+        return (vectors @ self.weights).astype(np.float64) + self.bias
+
+    def scores(self, margins: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the score (n,) of margins (n,), between 0 and 1."""
         return 1 / (1 + np.exp(np.clip(-self.slope * margins, -50, 50)))
 
     def corrected(self, boxes: Boxes, vectors: Float32Array) -> Boxes:
@@ -90,6 +97,7 @@ def save_second_stage(stage: SecondStage) -> bytes:
         slope=np.float32(stage.slope),
         moves=stage.moves.astype(np.float16),
         still=stage.still.astype(np.float32),
+        passed=np.float32(stage.passed),
         regions=np.int32(stage.regions),
         layout=np.int32(LAYOUT_NUMBER),
     )
@@ -122,6 +130,7 @@ def load_second_stage(path: Path, card: Card) -> SecondStage:
         card,
         bias=float(arrays["bias"]),
         slope=float(arrays["slope"]),
+        passed=float(arrays["passed"]),
         regions=bool(arrays["regions"]),
         **single,
     )

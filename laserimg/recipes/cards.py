@@ -7,7 +7,8 @@ from typing import Any
 
 import cv2
 
-from laserimg.formats.card import Card, card_path, file_sha256, write_card
+from laserimg.errors import ModelError
+from laserimg.formats.card import Card, card_path, file_sha256, read_card_of, write_card
 from laserimg.recipes.recipe import CascadeRecipe, Recipe
 
 LICENCE = "Apache-2.0"
@@ -35,6 +36,15 @@ def card_of(recipe: Recipe, cascade: CascadeRecipe | None, scans: int) -> Card:
         margin=cascade.margin,
         **common,
     )
+
+
+def is_described_by(path: Path, card: Card) -> bool:
+    """Whether a cascade is there, unchanged, whose card says the same but for what training found out."""
+    try:
+        old = read_card_of(path) if path.exists() else None
+    except ModelError:
+        return False
+    return old is not None and replace(old, sha256=card.sha256, stages=card.stages) == card
 
 
 def write_card_beside(path: Path, card: Card, **known: Any) -> None:

@@ -14,19 +14,21 @@ from laserimg.detectors.search import WindowDetector
 from laserimg.detectors.shipped import load_model
 from laserimg.evaluate.curves import Curve
 from laserimg.evaluate.matching import match
+from laserimg.evidence import Box
 from laserimg.pipeline import Finding, Pipeline
 from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import TrainingScan
-from laserimg.rules.model import QUANTITIES, ClassRules, Interval, Rules, Source
+from laserimg.rules.model import QUANTITIES, ClassRules, Interval, OnFail, Rules, Source
 from laserimg.sources import detectors_for
 from laserimg.workers import unordered
 
-# Of rules as workers can be sent them.
-Limits = tuple[tuple[str, Interval], ...]
+# What workers are sent of rules: class, sources, limits, and what a failed check does.
+Sent = tuple[str, tuple[Source, ...], tuple[tuple[str, Interval], ...], OnFail]
+Scored = list[tuple[Box, float]]
 
 MIN_IOU = 0.5
-STEPS = ("cascades alone", "second stage", "and continuity", "and size rules", "and suppression")
+STEPS = ("cascades alone", "second stage", "continuity gate", "size gate", "as shipped")
 _CONTINUITY = frozenset({"region", "region_inside", "region_fills"})
 
 
@@ -85,7 +87,7 @@ def measured(
     scans : list of TrainingScan
     jobs : int
     """
-    work = partial(_found, recipe, tuple(models), rules.sources, tuple(rules.limits.items()))
+    work = partial(_found, recipe, tuple(models), sent(rules))
     all_found, objects = [], 0
     for found, count in unordered(work, scans, jobs, _died):
         all_found.append(found)
@@ -108,53 +110,74 @@ def _score(step: str, all_found: list[dict[str, Found]], objects: int, threshold
     )
 
 
-@lru_cache(maxsize=2)
-def _pipeline(label: str, models: tuple[Path, ...], sources: tuple[Source, ...], limits: Limits) -> Pipeline:
-    all_rules = Rules((ClassRules(label, sources, dict(limits)),))
+def pipeline_of(models: tuple[Path, ...], rules: Sent, gates: bool) -> Pipeline:
+    """Return the pipeline of one class; as long as the files stay the same, the same one.
+
+    Parameters
+    ----------
+    models : tuple of Path
+    rules : Sent
+    gates : bool
+        Checks reject, as in the paper, whatever the rules say.
+    """
+    return _pipeline(models, tuple(path.stat().st_mtime_ns for path in models), rules, gates)
+
+
+@lru_cache(maxsize=4)
+def _pipeline(models: tuple[Path, ...], changed_ns: tuple[int, ...], rules: Sent, gates: bool) -> Pipeline:
+    label, sources, limits, on_fail = rules
+    asked = ClassRules(label, sources, dict(limits), on_fail="reject" if gates else on_fail)
+    all_rules = Rules((asked,))
     return Pipeline(all_rules, detectors_for(all_rules, [load_model(path) for path in models]))
 
 
+def sent(rules: ClassRules) -> Sent:
+    """Return what workers are sent of rules."""
+    return rules.label, rules.sources, tuple(rules.limits.items()), rules.on_fail
+
+
 def _found(
-    recipe: Recipe, models: tuple[Path, ...], sources: tuple[Source, ...], limits: Limits, scan: TrainingScan
+    recipe: Recipe, models: tuple[Path, ...], rules: Sent, scan: TrainingScan
 ) -> tuple[dict[str, Found], int]:
     asked, ignored = scan.objects(recipe)
     with one_cv2_thread():
         evidence = observed(scan.path)
-        findings = _pipeline(recipe.label, models, sources, limits).judge(evidence)
-        alone = [
-            candidate
-            for path in models
-            if path.suffix == ".xml"
-            for candidate in WindowDetector(load_model(path))(evidence)  # type: ignore[arg-type]
-        ]
+        steps: dict[str, Scored] = dict(_gates(pipeline_of(models, rules, True).judge(evidence)))
+        shipped = pipeline_of(models, rules, False).judge(evidence)
+        steps[STEPS[4]] = [(f.box, f.score) for f in shipped if f.accepted]
+        cascades = [load_model(path) for path in models if path.suffix == ".xml"]
+        alone = [one for model in cascades for one in WindowDetector(model)(evidence)]  # type: ignore[arg-type]
+        if cascades:
+            steps[STEPS[0]] = [(one.box, one.score) for one in alone]
     width = evidence.scan.shape[1] if evidence.scan.wraps else None
-    steps = {"cascades alone": [(one.box, one.score) for one in alone]} if alone else {}
-    steps |= {step: [(f.box, f.score) for f in left] for step, left in _steps(findings)}
-    return {
-        step: _matched([box for box, _ in found], [score for _, score in found], asked, ignored, width)
-        for step, found in steps.items()
-    }, len(asked)
+    found = {step: _matched(candidates, asked, ignored, width) for step, candidates in steps.items()}
+    return found, len(asked)
 
 
-def _steps(findings: Iterable[Finding]) -> Iterator[tuple[str, list[Finding]]]:
-    """The candidates left after each step."""
+def _gates(findings: Iterable[Finding]) -> Iterator[tuple[str, Scored]]:
+    """The candidates left when each check rejects, as in the paper, with the scores of the second stage."""
     left = list(findings)
     for step, names in (
         (STEPS[1], frozenset[str]()),
         (STEPS[2], _CONTINUITY),
         (STEPS[3], frozenset(QUANTITIES)),
-        (STEPS[4], frozenset({"suppression"})),
     ):
         left = [f for f in left if all(check.passed for check in f.checks if check.name in names)]
-        yield step, left
+        yield step, [(f.box, f.candidate.score) for f in left]
 
 
-def _matched(boxes: list, scores: list[float], asked: Boxes, ignored: Boxes, width: int | None) -> Found:
+def _matched(candidates: Scored, asked: Boxes, ignored: Boxes, width: int | None) -> Found:
     truth = np.concatenate([asked, ignored])
     ignore = np.arange(len(truth)) >= len(asked)
-    values = np.array(scores, np.float64)
-    found = match(as_boxes(boxes or np.empty((0, 4))), values, truth, ignore, MIN_IOU, width)
-    return Found(values[~found.ignored], (found.truth >= 0)[~found.ignored])
+    boxes = boxes_of([box for box, _ in candidates])
+    scores = np.array([score for _, score in candidates], np.float64)
+    found = match(boxes, scores, truth, ignore, MIN_IOU, width)
+    return Found(scores[~found.ignored], (found.truth >= 0)[~found.ignored])
+
+
+def boxes_of(boxes: list[Box]) -> Boxes:
+    """Return boxes as an (n, 4) array, also none."""
+    return as_boxes(boxes or np.empty((0, 4)))
 
 
 def _died(scan: TrainingScan) -> tuple[dict[str, Found], int]:

@@ -15,7 +15,7 @@ from laserimg.cascade.training import Plan, Trained, Watcher, train_cascade
 from laserimg.cascade.writer import write_cascade
 from laserimg.errors import LabelError
 from laserimg.formats.card import Card
-from laserimg.recipes.cards import card_of, write_card_beside
+from laserimg.recipes.cards import card_of, is_described_by, write_card_beside
 from laserimg.recipes.cascade_samples import Samples, Views, no_samples, samples_of
 from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import CascadeRecipe, Recipe
@@ -39,6 +39,8 @@ def train_proposer(
 ) -> Path:
     """Train a cascade and write it with its card; return its file.
 
+    One that is there already, with the card that this recipe gives it, is kept.
+
     Raises
     ------
     LabelError
@@ -46,6 +48,8 @@ def train_proposer(
     """
     path = out / f"{recipe.label}.{cascade.name}.xml"
     card = card_of(recipe, cascade, len(scans))
+    if is_described_by(path, card):
+        return path
     samples = _gathered(recipe, card, scans, jobs, tell)
     positives = np.concatenate([one.positives for one in samples])
     if len(positives) < LEAST_OBJECTS:

@@ -13,7 +13,7 @@ from laserimg.recipes.proposing import train_proposer
 from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import TrainingScan, count_of, scans_of
 from laserimg.recipes.scoring import train_second_stage
-from laserimg.recipes.threshold import with_threshold
+from laserimg.recipes.threshold import with_chances
 from laserimg.rules.model import ClassRules
 from laserimg.simulate.sets import Extra
 
@@ -73,12 +73,14 @@ def follow(recipe: Recipe, kitchen: Kitchen, rules: ClassRules, step: Steps) -> 
     with step(f"{recipe.label}: second stage", len(train)) as tell:
         stage = train_second_stage(recipe, cascades, train, kitchen.jobs, tell)
     tune = kitchen.scans(recipe, "tune", step)
-    with step(f"{recipe.label}: threshold", len(tune)) as tell:
-        stage = with_threshold(stage, recipe, cascades, tune, kitchen.jobs, tell)
     second = _write(stage, kitchen.out / f"{recipe.label}.npz")
+    models = [*cascades, second]
+    with step(f"{recipe.label}: chances", len(tune)) as tell:
+        stage = with_chances(stage, models, recipe, rules, tune, kitchen.jobs, tell)
+    _write(stage, second)
     test = kitchen.scans(recipe, "test", step)
     with step(f"{recipe.label}: measuring", len(test)) as tell:
-        scores = measured(recipe, [*cascades, second], rules, test, kitchen.jobs, tell)
+        scores = measured(recipe, models, rules, test, kitchen.jobs, tell)
     write_card_beside(second, stage.card, scores=_written(scores))
     return scores
 

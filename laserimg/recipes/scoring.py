@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from laserimg.boxes import Boxes, as_boxes, iou
 from laserimg.cascade.folder import one_cv2_thread
 from laserimg.detectors.description import describe
+from laserimg.detectors.ranked import proposer
 from laserimg.detectors.search import WindowDetector
 from laserimg.detectors.second_stage import SecondStage
 from laserimg.detectors.shipped import load_model
@@ -93,7 +94,7 @@ def train_second_stage(
         1.0,
         correction[0].astype(np.float16).astype(np.float32),
         correction[1],
-        recipe.regions,
+        regions=recipe.regions,
     )
 
 
@@ -107,7 +108,7 @@ def proposed_boxes(evidence: Evidence, cascades: tuple[Path, ...], regions: bool
 
 @lru_cache(maxsize=4)
 def _detectors(cascades: tuple[Path, ...]) -> tuple[WindowDetector, ...]:
-    return tuple(WindowDetector(load_model(path)) for path in cascades)  # type: ignore[arg-type]
+    return tuple(proposer(load_model(path)) for path in cascades)  # type: ignore[arg-type]
 
 
 def _proposals(

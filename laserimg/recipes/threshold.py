@@ -1,90 +1,129 @@
-"""Where a second stage says yes: chosen on scans that it was not trained on."""
+"""What scores of a second stage mean: chances, learnt on scans that it was not trained on."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize
 
 from laserimg.cascade.folder import one_cv2_thread
-from laserimg.detectors.description import describe
-from laserimg.detectors.second_stage import SecondStage, distinct
+from laserimg.detectors.second_stage import SecondStage
 from laserimg.evaluate.matching import match
+from laserimg.pipeline import Finding
+from laserimg.recipes.measuring import MIN_IOU, Sent, boxes_of, pipeline_of, sent
 from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import TrainingScan
-from laserimg.recipes.scoring import proposed_boxes
+from laserimg.rules.model import ClassRules
 from laserimg.workers import unordered
 
-MIN_IOU = 0.5
+_NO_CHECKS = ("score", "suppression")
 
 
-def with_threshold(
+@dataclass(frozen=True, eq=False, slots=True)
+class Judged:
+    """Candidates of some scans.
+
+    Parameters
+    ----------
+    margins : (n,) array
+    passed : (n,) array of bool
+        All checks.
+    hits : (n,) array of bool
+        Which are of objects.
+    """
+
+    margins: NDArray[np.float64]
+    passed: NDArray[np.bool_]
+    hits: NDArray[np.bool_]
+
+
+def with_chances(
     stage: SecondStage,
+    models: list[Path],
     recipe: Recipe,
-    cascades: list[Path],
+    rules: ClassRules,
     scans: list[TrainingScan],
     jobs: int,
     tell: Callable[[int], None] = lambda done: None,
 ) -> SecondStage:
-    """Return the second stage with score 0.5 where F1 is best, and scores that are chances of being right."""
-    work = partial(_judged, stage, recipe, tuple(cascades))
-    parts, objects = [], 0
-    for margins, hits, count in unordered(work, scans, jobs, _died):
-        parts.append((margins, hits))
-        objects += count
+    """Return the second stage with chances as scores, and with what passing the checks is worth.
+
+    Parameters
+    ----------
+    stage : SecondStage
+        As its file among the models holds it: slope 1, and nothing for passed checks.
+    models : list of Path
+        Cascades and second stage.
+    recipe : Recipe
+    rules : ClassRules
+        With the checks.
+    scans : list of TrainingScan
+    jobs : int
+    """
+    parts: list[Judged] = []
+    work = partial(_judged, recipe, tuple(models), sent(rules))
+    for part in unordered(work, scans, jobs, _died):
+        parts.append(part)
         tell(len(parts))
-    margins, hits = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
-    if not hits.any():
+    margins, passed, hits = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("margins", "passed", "hits")
+    )
+    if not hits.any() or hits.all():
         return stage
-    bias = stage.bias - best_threshold(margins, hits, objects)
-    return replace(stage, bias=bias, slope=_slope(margins + bias - stage.bias, hits))
+    slope, shift, odds = chances(margins, passed, hits)
+    return replace(stage, slope=slope, bias=stage.bias + shift / slope, passed=odds)
 
 
-def best_threshold(margins: NDArray[np.float64], hits: NDArray[np.bool_], objects: int) -> float:
-    """Return the margin above which F1 is best.
+def chances(
+    margins: NDArray[np.float64], passed: NDArray[np.bool_], hits: NDArray[np.bool_]
+) -> tuple[float, float, float]:
+    """Return slope, shift and odds: the log odds of a hit are ``slope * margin + shift + odds * passed``.
+
+    The most likely ones (logistic regression, J. Platt 1999), with a slope and odds that are not negative.
 
     Examples
     --------
-    >>> best_threshold(np.array([3.0, 1.0, 2.0]), np.array([True, False, True]), 2)
-    1.5
+    >>> margins = np.array([-2, -1, 0, 1, 2, 3.0])
+    >>> hits = np.array([False, False, True, False, True, True])
+    >>> slope, shift, odds = chances(margins, np.zeros(6, bool), hits)
+    >>> slope > 0, odds
+    (True, 0.0)
     """
-    order = np.argsort(-margins, kind="stable")
-    true = np.cumsum(hits[order])
-    best = int(np.argmax(2 * true / (objects + np.arange(1, len(true) + 1))))
-    lower = margins[order[best + 1]] if best + 1 < len(order) else margins[order[best]] - 1
-    return float(margins[order[best]] + lower) / 2
+    signs = np.where(hits, 1.0, -1.0)
+
+    def loss(values: NDArray[np.float64]) -> float:
+        log_odds = values[0] * margins + values[1] + values[2] * passed
+        # A weak pull to a slope of 1 keeps it finite when hits and misses do not overlap.
+        return float(np.logaddexp(0, -signs * log_odds).sum() + 0.1 * (values[0] - 1) ** 2)
+
+    found = minimize(loss, [1.0, 0.0, 0.0], bounds=[(0.05, 50), (-50, 50), (0, 10)], method="L-BFGS-B")
+    slope, shift, odds = (float(value) for value in found.x)
+    return slope, shift, odds
 
 
-def _slope(margins: NDArray[np.float64], hits: NDArray[np.bool_]) -> float:
-    """The slope of the logistic curve through 0.5 at 0 that explains hits and misses best."""
-    signed = np.where(hits, margins, -margins)
-    found = minimize_scalar(
-        lambda log: float(np.logaddexp(0, -np.exp(log) * signed).sum()), bounds=(-3, 4), method="bounded"
-    )
-    return float(np.exp(found.x))  # type: ignore[attr-defined]
-
-
-def _judged(
-    stage: SecondStage, recipe: Recipe, cascades: tuple[Path, ...], scan: TrainingScan
-) -> tuple[NDArray[np.float64], NDArray[np.bool_], int]:
+def _judged(recipe: Recipe, models: tuple[Path, ...], rules: Sent, scan: TrainingScan) -> Judged:
     asked, ignored = scan.objects(recipe)
     with one_cv2_thread():
         evidence = observed(scan.path)
-        boxes = proposed_boxes(evidence, cascades, recipe.regions)
-        vectors = describe(evidence, boxes)
-    margins = (vectors @ stage.weights).astype(np.float64) + stage.bias
+        findings = pipeline_of(models, rules, False).judge(evidence)
     width = evidence.scan.shape[1] if evidence.scan.wraps else None
-    moved = stage.corrected(boxes, vectors)
-    kept = distinct(moved, margins, width)
+    scores = np.array([one.candidate.score for one in findings], np.float64)
     truth = np.concatenate([asked, ignored])
-    found = match(moved[kept], margins[kept], truth, np.arange(len(truth)) >= len(asked), MIN_IOU, width)
+    ignore = np.arange(len(truth)) >= len(asked)
+    found = match(boxes_of([one.box for one in findings]), scores, truth, ignore, MIN_IOU, width)
     counted = ~found.ignored
-    return margins[kept][counted], (found.truth >= 0)[counted], len(asked)
+    passed = np.array([_passed(one) for one in findings], np.bool_)
+    safe = np.clip(scores, 1e-9, 1 - 1e-9)
+    return Judged(np.log(safe / (1 - safe))[counted], passed[counted], (found.truth >= 0)[counted])
 
 
-def _died(scan: TrainingScan) -> tuple[NDArray[np.float64], NDArray[np.bool_], int]:
+def _passed(finding: Finding) -> bool:
+    return all(check.passed for check in finding.checks if check.name not in _NO_CHECKS)
+
+
+def _died(scan: TrainingScan) -> Judged:
     raise killed(scan)

@@ -1,11 +1,12 @@
 """The checks of a candidate: each a value, a limit and a verdict; nothing is dropped here."""
 
 from dataclasses import dataclass
+from math import exp
 
 from laserimg.measure import MetricBox
 from laserimg.rules.model import QUANTITIES, ClassRules, Interval
 
-# A failed check of a class with `on_fail = "demote"` multiplies the score by this.
+# A failed check of a class that lowers scores multiplies the score by this.
 DEMOTION = 0.5
 
 
@@ -45,7 +46,7 @@ def continuity(region_inside: float, region_fills: float, rules: ClassRules) -> 
 
 
 def sure_enough(score: float, rules: ClassRules) -> tuple[Check, ...]:
-    """Return the check of the detector's score, if the class limits it."""
+    """Return the check of the score, lowered by failed checks or not, if the class limits it."""
     return (_share("score", score, rules.score),) if rules.score > 0 else ()
 
 
@@ -76,10 +77,21 @@ def size_rules(box: MetricBox, rules: ClassRules) -> tuple[Check, ...]:
     return tuple(checks)
 
 
-def demoted_score(score: float, checks: tuple[Check, ...], rules: ClassRules) -> float:
-    """Return the score, lowered once for each failed check if the class demotes."""
-    failed = sum(not check.passed for check in checks if check.name != "score")
-    return score * DEMOTION**failed if rules.on_fail == "demote" else score
+def demoted_score(score: float, checks: tuple[Check, ...]) -> float:
+    """Return the score, lowered once for each failed check."""
+    return score * DEMOTION ** sum(not check.passed for check in checks)
+
+
+def with_odds(score: float, log_odds: float) -> float:
+    """Return a score with so much added to the logarithm of its odds.
+
+    Examples
+    --------
+    >>> round(with_odds(0.5, 1.0986), 3), with_odds(1.0, 1.0)
+    (0.75, 1.0)
+    """
+    factor = exp(log_odds)
+    return score * factor / (1 - score + score * factor)
 
 
 def near_miss(checks: tuple[Check, ...]) -> bool:

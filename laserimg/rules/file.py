@@ -111,7 +111,6 @@ def _class_rules(document: TomlDocument, label: str, table: Any) -> ClassRules:
         limits,
         on_fail=_on_fail(document, label, table.get("on_fail", "reject")),
         line=document.line((label,)),
-        asks_continuity="region_inside" in table or "region_fills" in table,
         **shares,
     )
 
@@ -162,7 +161,9 @@ def _sources(document: TomlDocument, keys: tuple[str, str], value: Any) -> tuple
 
 def _on_fail(document: TomlDocument, label: str, value: Any) -> OnFail:
     if value not in ON_FAIL:
-        raise document.error((label, "on_fail"), f'on_fail must be "reject" or "demote", not {_short(value)}')
+        raise document.error(
+            (label, "on_fail"), f'on_fail must be "reject", "demote" or "doubt", not {_short(value)}'
+        )
     return value
 
 

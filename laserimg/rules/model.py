@@ -14,7 +14,7 @@ from laserimg.errors import ConfigError
 from laserimg.formats.toml import unknown_name
 
 Source = Literal["cascade", "hog", "regions", "clusters"]
-OnFail = Literal["reject", "demote"]
+OnFail = Literal["reject", "demote", "doubt"]
 
 SOURCES: tuple[Source, ...] = get_args(Source)
 ON_FAIL: tuple[OnFail, ...] = get_args(OnFail)
@@ -170,13 +170,11 @@ class ClassRules:
         The share of the candidate's returns that are of the region must be above this.
     score : float
         The detector's score must be above this, if it is not 0.
-    on_fail : "reject" or "demote"
-        What a failed check does: end it, or lower the score.
+    on_fail : "reject", "demote" or "doubt"
+        What a failed check does: end it, or lower the score. "doubt" ends what no second stage has scored;
+        of the others those that pass all checks score higher, by as much as that was worth in training.
     line : int
         Line of the class in its file, 0 without one.
-    asks_continuity : bool
-        Whether candidates that a second stage has scored must pass the continuity check too: when
-        the file names one of its shares. All others must always.
 
     Raises
     ------
@@ -192,7 +190,6 @@ class ClassRules:
     score: float = SHARES["score"]
     on_fail: OnFail = "reject"
     line: int = 0
-    asks_continuity: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "limits", MappingProxyType(dict(self.limits)))

@@ -5,21 +5,22 @@
 
 A cluster counts if half of its returns are labelled, and has the class that holds 85 % of these. Clusters
 of other things (fences, bicycles, lorries) are printed, but not counted. Labels: those of single points in
-SemanticKITTI and RELLIS-3D, boxes of cars and people in SUSTech.
+SemanticKITTI and RELLIS-3D, boxes of cars and people in SUSTech, Argoverse 2 and KITTI.
 """
 
 import argparse
-import json
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from ground_and_clusters import DATA, PEOPLE, RELLIS_RECORD, inside
+from ground_and_clusters import DATA, KINDS, RELLIS_RECORD
+from ground_and_clusters import labelled_scans as boxed_scans
 from laserimg.classify.scores import wilson
+from laserimg.formats.boxes3d import Box3D
 from laserimg.readers import read_file
 from laserimg.scan import Scan
 from laserimg.semantic_map import MapModels, map_scan
@@ -48,10 +49,8 @@ def labelled_scans() -> Iterator[tuple[str, Scan, NDArray]]:
     codes = np.fromfile(next((DATA / "rellis").glob("*.label")), "<u4") & 0xFFFF
     scan = next(iter(read_file(file))).with_limits(2.5)
     yield "RELLIS-3D", scan, of_pixels(scan, np.stack([records[a] for a in "xyz"], -1), codes, RELLIS)
-    folder = DATA / "sustech/data/example"
-    for file in sorted((folder / "lidar").glob("*.pcd")):
-        scan = next(iter(read_file(file)))
-        yield "SUSTech", scan, in_boxes(scan, folder / "label" / f"{file.stem}.json")
+    for name, scan, boxes in boxed_scans():
+        yield name, scan, in_boxes(scan, boxes)
 
 
 def of_pixels(scan: Scan, points: NDArray, codes: NDArray, names: Mapping[int, str]) -> NDArray:
@@ -62,13 +61,12 @@ def of_pixels(scan: Scan, points: NDArray, codes: NDArray, names: Mapping[int, s
     return found
 
 
-def in_boxes(scan: Scan, file: Path) -> NDArray:
+def in_boxes(scan: Scan, boxes: Iterable[Box3D]) -> NDArray:
     """Return the class of the box that a return is in; outside of boxes nothing is known."""
     points = scan.points()[scan.valid].astype(float)
     own = np.full(len(points), NONE, object)
-    for box in json.loads(file.read_text(encoding="utf-8")):
-        kind = "person" if box["obj_type"] in PEOPLE else "car" if box["obj_type"] == "Car" else OTHER
-        own[inside(points, box, 0.1)] = kind
+    for box in boxes:
+        own[box.holds(points, 0.1)] = KINDS.get(box.kind, OTHER)
     found = np.full(scan.shape, NONE, object)
     found[scan.valid] = own
     return found

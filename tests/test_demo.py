@@ -1,6 +1,6 @@
-import re
 """The demo: the right objects in the shipped scans, the others with their reason; and `laserimg show`."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from analytic import boxes_and_floor, ray_grid
 from laserimg.boxes import inside_grid
 from laserimg.detectors.crops import resampled
-from laserimg.detectors.description import IMAGES, describe
+from laserimg.detectors.description import IMAGES, Describer
+from laserimg.detectors.pyramid import Pyramid
 from laserimg.detectors.ranked import RankedDetector
 from laserimg.detectors.second_stage import (
     SAME_IOU,
@@ -52,12 +53,14 @@ def stage(length, **known) -> SecondStage:
 
 def test_a_crop_of_its_own_size_is_the_part_of_the_image():
     image = np.random.default_rng(0).integers(0, 255, (40, 60), np.uint8)
-    assert np.array_equal(resampled(image, np.array([[7.0, 5, 16, 16]]), 16, False)[0], image[5:21, 7:23])
+    assert np.array_equal(
+        resampled(Pyramid.of(image, False), np.array([[7.0, 5, 16, 16]]), 16)[0], image[5:21, 7:23]
+    )
 
 
 def test_a_crop_across_the_seam_is_that_of_the_turned_image():
     image = np.random.default_rng(1).integers(0, 255, (40, 60, 4), np.uint8)
-    across = resampled(image, np.array([[52.0, 5, 16, 16], [-8.0, 5, 16, 16]]), 16, True)
+    across = resampled(Pyramid.of(image, True), np.array([[52.0, 5, 16, 16], [-8.0, 5, 16, 16]]), 16)
     turned = np.roll(image, 20, axis=1)[5:21, 12:28]
     assert np.array_equal(across[0], turned) and np.array_equal(across[1], turned)
 
@@ -69,7 +72,8 @@ def test_crops_of_large_boxes_are_means_of_their_pixels(power, x, y):
     image = cv2.GaussianBlur(np.random.default_rng(2).normal(128, 400, (160, 160)), None, 6)
     image = np.clip(image, 0, 255).astype(np.uint8)
     corner = np.array([x, y]) // times * times  # where the halved images have their pixels
-    crop = resampled(image, np.array([[*corner, side * times, side * times]], float), side, False)[0]
+    box = np.array([[*corner, side * times, side * times]], float)
+    crop = resampled(Pyramid.of(image, False), box, side)[0]
     part = image[corner[1] : corner[1] + side * times, corner[0] : corner[0] + side * times]
     means = part.reshape(side, times, side, times).mean(axis=(1, 3))
     assert np.abs(crop - means).max() <= 2 + power
@@ -78,9 +82,9 @@ def test_crops_of_large_boxes_are_means_of_their_pixels(power, x, y):
 def test_a_description_does_not_depend_on_the_other_boxes_nor_on_where_the_seam_is():
     seen = evidence_of(TWO_BOXES)
     boxes = np.array([[30.0, 20, 12, 20], [80, 30, 31, 17], [100, 3, 9, 9]])
-    alone = np.concatenate([describe(seen, box[None]) for box in boxes])
-    assert np.array_equal(describe(seen, boxes), alone)
-    assert describe(seen, np.empty((0, 4))).shape == (0, alone.shape[1])
+    alone = np.concatenate([Describer.of(seen)(box[None]) for box in boxes])
+    assert np.array_equal(Describer.of(seen)(boxes), alone)
+    assert Describer.of(seen)(np.empty((0, 4))).shape == (0, alone.shape[1])
 
 
 def test_the_same_object_farther_away_has_nearly_the_same_description_but_for_its_range():
@@ -91,8 +95,8 @@ def test_the_same_object_farther_away_has_nearly_the_same_description_but_for_it
     for scan in (near, far):
         seen = evidence_of(scan)
         region = max(seen.regions, key=lambda one: len(one.pixels))
-        vectors.append(describe(seen, np.array([region.box]))[0])
-    other = describe(evidence_of(near), np.array([[3.0, 3, 20, 20]]))[0]
+        vectors.append(Describer.of(seen)(np.array([region.box]))[0])
+    other = Describer.of(evidence_of(near))(np.array([[3.0, 3, 20, 20]]))[0]
     assert np.linalg.norm(vectors[0] - vectors[1]) < 0.6 * np.linalg.norm(vectors[0] - other)
 
 
@@ -161,7 +165,7 @@ def test_a_wrong_file_is_a_model_error(tmp_path, change, message):
 
 def trained_on(seen, good):
     """A second stage that says yes to one region only."""
-    vectors = describe(seen, np.array([region.box for region in seen.regions]))
+    vectors = Describer.of(seen)(np.array([region.box for region in seen.regions]))
     weights = vectors[good] - np.delete(vectors, good, axis=0).mean(axis=0)
     middle = (vectors[good] + np.delete(vectors, good, axis=0).mean(axis=0)) / 2
     return stage(len(weights), weights=weights, bias=-float(weights @ middle), slope=20.0)

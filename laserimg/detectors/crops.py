@@ -1,18 +1,17 @@
 """Windows of images resampled to one size, all at once."""
 
-from collections.abc import Sequence
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.boxes import Boxes
+from laserimg.detectors.pyramid import Pyramid
 
 # cv2.remap takes images of less than 2^15 rows; so many windows are resampled in one call.
 _AT_ONCE = 512
 
 
-def resampled(image: NDArray[np.uint8], boxes: Boxes, side: int, wraps: bool) -> NDArray[np.uint8]:
+def resampled(pyramid: Pyramid, boxes: Boxes, side: int) -> NDArray[np.uint8]:
     """Return the pixels of boxes, each resampled to `side` x `side`.
 
     Boxes much larger than that are taken from the image at half, a quarter, ... of its size, so that no
@@ -20,26 +19,25 @@ def resampled(image: NDArray[np.uint8], boxes: Boxes, side: int, wraps: bool) ->
 
     Parameters
     ----------
-    image : (H, W) or (H, W, c) array of uint8
+    pyramid : Pyramid
+        Of an image of c planes, or of one.
     boxes : (n, 4) array
         ``x, y, w, h``; across the seam of a full turn too.
     side : int
-    wraps : bool
-        The columns close a full turn.
 
     Returns
     -------
     (n, side, side) or (n, side, side, c) array of uint8
     """
-    out = np.zeros((len(boxes), side, side, *image.shape[2:]), np.uint8)
-    if len(boxes) == 0:
-        return out
-    beyond = image.shape[1] // 2 if wraps else 0
-    halvings = _halvings(boxes, side)
-    for level, (small, scale) in enumerate(_halves(image, beyond, int(halvings.max()))):
+    whole = pyramid.images[0]
+    out = np.zeros((len(boxes), side, side, *whole.shape[2:]), np.uint8)
+    halvings = np.minimum(_halvings(boxes, side), len(pyramid.images) - 1)
+    for level in np.unique(halvings):
+        image = pyramid.images[level]
+        scale = image.shape[1] / whole.shape[1], image.shape[0] / whole.shape[0]
         chosen = np.flatnonzero(halvings == level)
-        for part in np.array_split(chosen, -(-len(chosen) // _AT_ONCE)) if len(chosen) else ():
-            out[part] = _sampled(small, _shifted(boxes[part], image.shape[1], beyond), scale, side)
+        for part in np.array_split(chosen, -(-len(chosen) // _AT_ONCE)):
+            out[part] = _sampled(image, _shifted(boxes[part], pyramid), scale, side)
     return out
 
 
@@ -49,27 +47,13 @@ def _halvings(boxes: Boxes, side: int) -> NDArray[np.intp]:
     return np.floor(np.log2(np.maximum(pixels, 1))).astype(np.intp)
 
 
-def _halves(
-    image: NDArray[np.uint8], beyond: int, most: int
-) -> Sequence[tuple[NDArray[np.uint8], tuple[float, float]]]:
-    """The padded image and its halves, each with its pixels per pixel of the image, across and down."""
-    whole = cv2.copyMakeBorder(image, 0, 0, beyond, beyond, cv2.BORDER_WRAP) if beyond else image
-    levels, small = [(np.asarray(whole, np.uint8), (1.0, 1.0))], whole
-    for _ in range(most):
-        size = [max(1, extent // 2) for extent in small.shape[1::-1]]
-        small = cv2.resize(small, size, interpolation=cv2.INTER_AREA)
-        scale = small.shape[1] / whole.shape[1], small.shape[0] / whole.shape[0]
-        levels.append((np.asarray(small, np.uint8), scale))
-    return levels
-
-
-def _shifted(boxes: Boxes, width: int, beyond: int) -> Boxes:
+def _shifted(boxes: Boxes, pyramid: Pyramid) -> Boxes:
     """Boxes in the padded image, as near to its middle as a full turn allows."""
-    if beyond == 0:
+    if pyramid.beyond == 0:
         return boxes
     moved = boxes.copy()
     middle = moved[:, 0] + moved[:, 2] / 2
-    moved[:, 0] += beyond - np.floor(middle / width) * width
+    moved[:, 0] += pyramid.beyond - np.floor(middle / pyramid.width) * pyramid.width
     return moved
 
 

@@ -1,5 +1,8 @@
 """What the second stage looks at: normals, relative depth and size of windows, as vectors of numbers."""
 
+from dataclasses import dataclass
+from typing import Self
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -8,6 +11,7 @@ from laserimg.descriptors.hog import hog
 from laserimg.descriptors.honv import honv
 from laserimg.descriptors.layout import Layout
 from laserimg.detectors.crops import resampled
+from laserimg.detectors.pyramid import Pyramid
 from laserimg.evidence import Evidence
 from laserimg.scan import Float32Array
 
@@ -31,40 +35,62 @@ _BINS = (
 _WEIGHTS = {"honv": 0.1, "hog": 0.1, "depth": 0.5, "known": 0.3, "normals": 0.4, "size": 0.7}
 
 
-def describe(evidence: Evidence, boxes: Boxes) -> Float32Array:
-    """Return a vector for each box.
-
-    1. HONV of the normals in the view frame (paper 1, section 3.4; here 3 x 8 directions).
-    2. HOG of the relative depth (section 3.3).
-    3. Means of depth, normals and returns in 8 x 8 cells.
-    4. Width, height, range and height over the floor in metres, as soft histograms: a linear SVM can learn
-       any limit on them.
+@dataclass(frozen=True, eq=False, slots=True)
+class Describer:
+    """Makes the vectors of boxes in one scan.
 
     Parameters
     ----------
     evidence : Evidence
         With the images of `IMAGES`.
-    boxes : (n, 4) array
-        ``x, y, w, h`` in pixels of the grid.
-
-    Returns
-    -------
-    (n, d) array of float32
+    pyramid : Pyramid
+        Of the normals in the view frame and the relative depth, as four planes.
+    ranges : (H * W,) array of float32
+        Metres; infinite where nothing returned.
     """
-    grow = np.array([-SURROUNDINGS, -SURROUNDINGS, 1 + 2 * SURROUNDINGS, 1 + 2 * SURROUNDINGS])
-    windows = np.concatenate([boxes[:, :2] + grow[:2] * boxes[:, 2:], boxes[:, 2:] * grow[2:]], axis=1)
-    planes = np.dstack([evidence.images["normals_view"], evidence.images["depth_relative"]])
-    pixels = resampled(planes, windows, SIDE, evidence.scan.wraps)
-    colours, depth = pixels[..., :3], pixels[..., 3]
-    parts = {
-        "honv": honv(_normals(colours), LAYOUT),
-        "hog": hog(depth.astype(np.float32) / np.float32(255), None, LAYOUT),
-        "depth": _cell_means(depth) - 0.5,
-        "known": _cell_means((depth > 0).astype(np.uint8) * np.uint8(255)) - 0.5,
-        "normals": _cell_means(colours) - 0.5,
-        "size": _sizes(evidence, boxes),
-    }
-    return np.concatenate([part * np.float32(_WEIGHTS[name]) for name, part in parts.items()], axis=1)
+
+    evidence: Evidence
+    pyramid: Pyramid
+    ranges: Float32Array
+
+    @classmethod
+    def of(cls, evidence: Evidence) -> Self:
+        """Make the describer of a scan: what all boxes share is made once."""
+        planes = np.dstack([evidence.images["normals_view"], evidence.images["depth_relative"]])
+        ranges = np.where(evidence.scan.valid, evidence.scan.range, np.float32(np.inf)).ravel()
+        return cls(evidence, Pyramid.of(planes, evidence.scan.wraps), ranges)
+
+    def __call__(self, boxes: Boxes) -> Float32Array:
+        """Return a vector for each box.
+
+        1. HONV of the normals in the view frame (paper 1, section 3.4; here 3 x 8 directions).
+        2. HOG of the relative depth (section 3.3).
+        3. Means of depth, normals and returns in 8 x 8 cells.
+        4. Width, height, range and height over the floor in metres, as soft histograms: a linear SVM can
+           learn any limit on them.
+
+        Parameters
+        ----------
+        boxes : (n, 4) array
+            ``x, y, w, h`` in pixels of the grid.
+
+        Returns
+        -------
+        (n, d) array of float32
+        """
+        grow = np.array([-SURROUNDINGS, -SURROUNDINGS, 1 + 2 * SURROUNDINGS, 1 + 2 * SURROUNDINGS])
+        windows = np.concatenate([boxes[:, :2] + grow[:2] * boxes[:, 2:], boxes[:, 2:] * grow[2:]], axis=1)
+        pixels = resampled(self.pyramid, windows, SIDE)
+        colours, depth = pixels[..., :3], pixels[..., 3]
+        parts = {
+            "honv": honv(_normals(colours), LAYOUT),
+            "hog": hog(depth.astype(np.float32) / np.float32(255), None, LAYOUT),
+            "depth": _cell_means(depth) - 0.5,
+            "known": _cell_means((depth > 0).astype(np.uint8) * np.uint8(255)) - 0.5,
+            "normals": _cell_means(colours) - 0.5,
+            "size": _sizes(self.evidence, self.ranges, boxes),
+        }
+        return np.concatenate([part * np.float32(_WEIGHTS[name]) for name, part in parts.items()], axis=1)
 
 
 def _normals(colours: NDArray[np.uint8]) -> Float32Array:
@@ -83,9 +109,9 @@ def _cell_means(pixels: NDArray[np.uint8]) -> Float32Array:
     return cells.mean(axis=(2, 4)).reshape(number, CELLS * CELLS * planes) / np.float32(255)
 
 
-def _sizes(evidence: Evidence, boxes: Boxes) -> Float32Array:
+def _sizes(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> Float32Array:
     """Soft histograms of width, height, range and foot; those of a foot are 0 without a floor."""
-    range_m = _near_range(evidence, boxes)
+    range_m = _near_range(evidence, ranges, boxes)
     middle = _pixels(evidence, boxes, (0.5,), (0.5,))[:, 0]
     across, up = (pitch.ravel()[middle] for pitch in evidence.pitch)
     width, height = (
@@ -100,14 +126,14 @@ def _sizes(evidence: Evidence, boxes: Boxes) -> Float32Array:
     return np.concatenate([*found, _soft(foot, _BINS[3])], axis=1)
 
 
-def _near_range(evidence: Evidence, boxes: Boxes) -> NDArray[np.float64]:
+def _near_range(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> NDArray[np.float64]:
     """(n,) metres; 1 where nothing returned."""
     places = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     pixels = _pixels(evidence, boxes, places, places)
-    ranges = np.where(evidence.scan.valid, evidence.scan.range, np.inf).ravel()[pixels].astype(np.float64)
-    ranges.sort(axis=1)
-    count = np.isfinite(ranges).sum(axis=1)
-    near = ranges[np.arange(len(boxes)), (NEAR * np.maximum(count - 1, 0)).astype(np.intp)]
+    found = ranges[pixels].astype(np.float64)
+    found.sort(axis=1)
+    count = np.isfinite(found).sum(axis=1)
+    near = found[np.arange(len(boxes)), (NEAR * np.maximum(count - 1, 0)).astype(np.intp)]
     return np.where(count > 0, np.clip(near, 0.1, 1e4), 1.0)
 
 

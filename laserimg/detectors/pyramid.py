@@ -36,7 +36,7 @@ class Pyramid:
 
     Parameters
     ----------
-    images : tuple of (h, w) arrays of uint8
+    images : tuple of (h, w) or (h, w, c) arrays of uint8
         The largest first.
     beyond : int
         Columns that the largest has before column 0 of the grid, and after its last.
@@ -45,14 +45,19 @@ class Pyramid:
     images: tuple[Image, ...]
     beyond: int
 
+    @property
+    def width(self) -> int:
+        """Columns of the grid."""
+        return self.images[0].shape[1] - 2 * self.beyond
+
     @classmethod
     def of(cls, image: Image, wraps: bool) -> Self:
-        """Make the pyramid of an (H, W) image; a full turn gets half a turn more at both ends."""
+        """Make the pyramid of an (H, W[, c]) image; a full turn gets half a turn more at both ends."""
         beyond = image.shape[1] // 2 + 1 if wraps else 0
         padded = cv2.copyMakeBorder(image, 0, 0, beyond, beyond, cv2.BORDER_WRAP)
         images = [np.asarray(padded, np.uint8)]
-        while min(images[-1].shape) > 1:
-            height, width = images[-1].shape
+        while min(images[-1].shape[:2]) > 1:
+            height, width = images[-1].shape[:2]
             images.append(_resized(images[-1], (width + 1) // 2, (height + 1) // 2))
         return cls(tuple(images), beyond)
 
@@ -67,12 +72,12 @@ class Pyramid:
             Columns and rows of the grid a pixel.
         """
         image = self.images[int(np.clip(np.log2(pixel.min()), 0, len(self.images) - 1))]
-        own = np.array(self.images[0].shape[::-1]) / image.shape[::-1]
+        own = np.array(self.images[0].shape[1::-1]) / image.shape[1::-1]
         shift = np.array([self.beyond, 0])
         begin = np.maximum(np.floor((first + shift) / own), 0).astype(int)
         end = np.ceil((last + shift) / own).astype(int)
         part = image[begin[1] : end[1], begin[0] : end[0]]
-        extent = part.shape[::-1] * own
+        extent = part.shape[1::-1] * own
         size = np.maximum(np.rint(extent / pixel), 1).astype(int)
         return View(_resized(part, *size.tolist()), begin * own - shift, extent / size)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from laserimg.boxes import Boxes, as_boxes, inside_grid
 from laserimg.detectors.candidate import Candidate
 from laserimg.detectors.cascade import CascadeModel
-from laserimg.detectors.description import IMAGES, describe
+from laserimg.detectors.description import IMAGES, Describer
 from laserimg.detectors.search import Scale, WindowDetector
 from laserimg.detectors.second_stage import SecondStage, distinct
 from laserimg.detectors.window import WindowModel
@@ -46,17 +46,18 @@ class RankedDetector:
         """Return the candidates of one scan."""
         regions = evidence.regions if any(stage.regions for stage in self.stages) else ()
         boxes_of_regions = as_boxes([region.box for region in regions])
-        vectors_of_regions = describe(evidence, boxes_of_regions)
+        describe = Describer.of(evidence)
+        vectors_of_regions = describe(boxes_of_regions)
         candidates: list[Candidate] = []
         for stage in self.stages:
             proposed = list(self._proposed(stage.card.label, evidence))
             boxes = as_boxes([one.box for one in proposed])
-            vectors = describe(evidence, boxes)
+            vectors = describe(boxes)
             if stage.regions:
                 proposed += [_of_region(stage, region) for region in regions]
                 boxes = np.concatenate([boxes, boxes_of_regions])
                 vectors = np.concatenate([vectors, vectors_of_regions])
-            candidates += _best(stage, proposed, boxes, vectors, evidence)
+            candidates += _best(stage, proposed, boxes, vectors, describe)
         return candidates
 
     def _proposed(self, label: str, evidence: Evidence) -> Iterator[Candidate]:
@@ -75,7 +76,7 @@ def _of_region(stage: SecondStage, region: Region) -> Candidate:
 
 
 def looked_at_again(
-    stage: SecondStage, evidence: Evidence, boxes: Boxes, vectors: Float32Array
+    stage: SecondStage, describe: Describer, boxes: Boxes, vectors: Float32Array
 ) -> tuple[NDArray[np.intp], Boxes, NDArray[np.float64]]:
     """Return the most promising boxes, corrected, and their mean margin over some looks.
 
@@ -85,7 +86,7 @@ def looked_at_again(
     Parameters
     ----------
     stage : SecondStage
-    evidence : Evidence
+    describe : Describer
     boxes : (n, 4) array
     vectors : (n, d) array
         As `describe` gives them.
@@ -102,7 +103,7 @@ def looked_at_again(
     boxes, vectors, total = boxes[places], vectors[places], margins[places]
     for _ in range(LOOKS - 1):
         boxes = stage.corrected(boxes, vectors)
-        vectors = describe(evidence, boxes)
+        vectors = describe(boxes)
         total = total + stage.margins(vectors)
     return places, stage.corrected(boxes, vectors), total / LOOKS
 
@@ -112,16 +113,16 @@ def _best(
     proposed: list[Candidate],
     boxes: Boxes,
     vectors: Float32Array,
-    evidence: Evidence,
+    describe: Describer,
 ) -> list[Candidate]:
     """Candidates with their scores and corrected boxes, each object once."""
-    height, width = evidence.scan.shape
-    wraps = evidence.scan.wraps
-    places, moved, margins = looked_at_again(stage, evidence, boxes, vectors)
+    scan = describe.evidence.scan
+    width = scan.shape[1] if scan.wraps else None
+    places, moved, margins = looked_at_again(stage, describe, boxes, vectors)
     scores = stage.scores(margins)
-    moved = inside_grid(moved, (height, width), wraps)
+    moved = inside_grid(moved, scan.shape, scan.wraps)
     seen = np.flatnonzero((scores >= MIN_SCORE) & (moved[:, 2:] > 0).all(axis=1))
-    kept = seen[distinct(moved[seen], scores[seen], width if wraps else None)]
+    kept = seen[distinct(moved[seen], scores[seen], width)]
     return [
         Candidate(
             stage.card.label,

@@ -27,7 +27,7 @@ LAYOUT_NUMBER = 1
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SecondStage:
-    """A linear SVM on the vectors of `describe`, and a linear correction of the box.
+    """A linear SVM on the vectors of `Describer`, and a linear correction of the box.
 
     The correction is that of R. Girshick et al., "Rich feature hierarchies for accurate object detection",
     CVPR 2014, doi:10.1109/CVPR.2014.81, appendix C, on these vectors in place of a network's.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from laserimg.boxes import Boxes, as_boxes, iou
 from laserimg.cascade.folder import one_cv2_thread
-from laserimg.detectors.description import describe
+from laserimg.detectors.description import Describer
 from laserimg.detectors.ranked import proposer
 from laserimg.detectors.search import WindowDetector
 from laserimg.detectors.second_stage import SecondStage
@@ -127,7 +127,7 @@ def _proposals(
         chosen = np.sort(
             np.concatenate([rng.permutation(none)[:OF_SCAN], np.flatnonzero(overlap >= CORRECTED)])
         )
-        vectors = describe(evidence, boxes[chosen]).astype(np.float16)
+        vectors = Describer.of(evidence)(boxes[chosen]).astype(np.float16)
         moves = _moves(boxes[chosen], learnt[nearest[chosen]] if len(learnt) else boxes[chosen], width)
         found = Proposals(vectors, overlap[chosen].astype(np.float32), moves.astype(np.float32))
         shaded = [_shaded(evidence, box, rng) for box in learnt if rng.uniform() < recipe.shadows]
@@ -145,7 +145,7 @@ def _shaded(evidence: Evidence, box: NDArray, rng: np.random.Generator) -> Propo
     boxes = _copies(left, rng)
     overlap, _ = _overlap(boxes, left, width)
     moves = _moves(boxes, np.repeat(left, len(boxes), axis=0), width)
-    vectors = describe(shaded, boxes).astype(np.float16)
+    vectors = Describer.of(shaded)(boxes).astype(np.float16)
     return Proposals(vectors, overlap.astype(np.float32), moves.astype(np.float32))
 
 

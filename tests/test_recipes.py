@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analytic import boxes_and_floor, ray_grid
@@ -25,13 +25,19 @@ from laserimg.rules.file import load_rules, parse_rules
 from window_models import blob_xml
 
 RECIPE = """format = 1
-class = "bin"
+class = "wastebasket"
 seed = 3
+
+[[scans]]
+scene = "corridor"
+scanner = "lms200_swing"
+count = 20
 
 [[scans]]
 scene = "office"
 scanner = "lms200_turn"
 count = 10
+more = ["office_chair", "desk"]
 
 [[cascade]]
 name = "depth"
@@ -51,19 +57,32 @@ def written(tmp_path, text):
 
 def test_a_recipe_is_read_and_scaled(tmp_path):
     recipe = read_recipe(written(tmp_path, RECIPE))
-    assert (recipe.label, recipe.seed, recipe.regions) == ("bin", 3, True)
+    assert (recipe.label, recipe.seed, recipe.regions) == ("wastebasket", 3, True)
     assert recipe.cascades[0].window == (20, 24)
-    assert recipe.scaled(0.5).scans[0].count == 5 and recipe.scaled(0.001).scans[0].count == 1
+    assert recipe.scaled(0.5).scans[1].count == 5 and recipe.scaled(0.001).scans[1].count == 1
 
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
         ("seed = 3", "sead = 3", "bin.toml:3: unknown key 'sead', did you mean 'seed'"),
-        ("count = 10", "count = 0", "scans\\[0\\].count should be greater"),
+        ("count = 10", "count = 0", r"bin.toml:13: scans\[1\].count should be greater"),
         ('image = "depth_relative"', 'image = "depth"', "unknown image 'depth'; known are"),
+        ("wastebasket", "wastebaskt", "toml:2: unknown class 'wastebaskt', did you mean 'wastebasket'"),
+        ('"office"', '"ofice"', "bin.toml:11: unknown scene 'ofice', did you mean 'office'"),
+        (
+            "lms200_turn",
+            "lms200_trun",
+            "bin.toml:12: unknown scanner 'lms200_trun', did you mean 'lms200_turn'",
+        ),
+        ("office_chair", "ofice_chair", "toml:14: unknown thing 'ofice_chair', did you mean 'office_chair'"),
         ("format = 1\n", "", "must begin with format = 1"),
-        (RECIPE[RECIPE.index("[[casc") :], "regions = false", "unknown key|needs a cascade"),
+        (RECIPE[RECIPE.index("[[casc") :], "regions = false", "unknown key 'regions'"),
+        (
+            RECIPE,
+            RECIPE[: RECIPE.index("[[casc")].replace("seed = 3", "regions = false"),
+            "needs a cascade, or",
+        ),
     ],
 )
 def test_a_wrong_recipe_names_line_and_key(tmp_path, old, new, message):
@@ -100,6 +119,7 @@ def test_an_object_of_another_shape_than_the_window_is_not_learnt():
     assert len(samples_of(seen, card, boxes, np.empty((0, 4)), np.random.default_rng(0)).positives) == 0
 
 
+@settings(deadline=None)
 @given(st.floats(0.5, 3), st.floats(-2, 2), st.floats(0.5, 3), st.integers(0, 99))
 def test_chances_are_those_that_hits_were_drawn_with(slope, shift, odds, seed):
     rng = np.random.default_rng(seed)

@@ -12,6 +12,7 @@ from laserimg.simulate.materials import Material
 from laserimg.simulate.measure import simulated, staged
 from laserimg.simulate.mesh import box, pose_at
 from laserimg.simulate.scanner import SCANNERS
+from laserimg.simulate.sets import SetPlan, known
 from laserimg.simulate.things import Scene, Thing
 
 pytest.importorskip("embreex")
@@ -105,6 +106,11 @@ def test_a_set_depends_on_seed_and_number_alone_and_grows(tmp_path):
         assert mask.sum() == found.area and 0 < found.visibility <= 1
         rows = np.flatnonzero(mask.any(axis=1))
         assert (found.bbox[1], found.bbox[3]) == (rows[0], rows[-1] + 1 - rows[0])
+
+
+def test_extras_without_a_class_add_none_to_the_truth(tmp_path):
+    plain, more = (SetPlan("office", "lms200_turn", 0, tmp_path, extras) for extras in ((), (known("desk"),)))
+    assert more.categories == plain.categories and "" not in more.categories
 
 
 def test_unknown_names_are_usage_errors(tmp_path):

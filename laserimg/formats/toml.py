@@ -32,7 +32,7 @@ class Statement:
     Parameters
     ----------
     keys : tuple of str
-        Full path of the table or key.
+        Full path of the table or key, with the number, from 0, of each table of an array.
     table : tuple of str
         The table it is in; a header is in its own.
     first, last : int
@@ -71,7 +71,14 @@ class TomlDocument:
     error_type: type[LaserImgError] = ConfigError
 
     def line(self, keys: Sequence[str]) -> int:
-        """Return the line, from 1, of a key or of the nearest table around it."""
+        """Return the line, from 1, of a key or of the nearest table around it.
+
+        Examples
+        --------
+        >>> text = "[[a]]\\nb = 1\\n[[a]]\\nb = 2\\n[[a.c]]\\nd = 3"
+        >>> parse_toml(text, "a.toml").line(("a", "1", "c", "0", "d"))
+        6
+        """
         wanted, found = tuple(keys), statements(self.text)
         inside = [s for s in found if wanted and s.keys[: len(wanted)] == wanted]
         around = sorted((s for s in found if s.keys == wanted[: len(s.keys)]), key=lambda s: -len(s.keys))
@@ -150,6 +157,7 @@ def statements(text: str) -> list[Statement]:
     over several lines need no rules of their own here.
     """
     found: list[Statement] = []
+    arrays: dict[Keys, int] = {}
     table: Keys = ()
     pending: list[str] = []
     for number, line in enumerate(text.split("\n")):
@@ -162,7 +170,7 @@ def statements(text: str) -> list[Statement]:
         if parsed is None:
             break
         if pending[0].lstrip().startswith("["):
-            table = keys = _path(parsed)
+            table = keys = _numbered(_path(parsed), arrays, pending[0].lstrip().startswith("[["))
         else:
             keys = table + _written_keys(pending[0])
         found.append(Statement(keys, table, number + 1 - len(pending), number + 1))
@@ -184,6 +192,18 @@ def _written_keys(line: str) -> Keys:
         if parsed is not None:
             return _path(parsed)
     return ()
+
+
+def _numbered(path: Keys, arrays: dict[Keys, int], begins: bool) -> Keys:
+    """Return the path of a header with the numbers of the tables of arrays it goes through, or begins."""
+    keys: Keys = ()
+    for depth, key in enumerate(path, 1):
+        keys += (key,)
+        if begins and depth == len(path):
+            arrays[keys] = arrays.get(keys, -1) + 1
+        if keys in arrays:
+            keys += (str(arrays[keys]),)
+    return keys
 
 
 def _path(parsed: Any) -> Keys:

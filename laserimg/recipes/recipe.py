@@ -8,8 +8,12 @@ from pydantic import ConfigDict, Field
 
 from laserimg.errors import ConfigError
 from laserimg.formats.card import ImageName, Metres
-from laserimg.formats.toml import read_toml
+from laserimg.formats.toml import TomlDocument, read_toml, unknown_name
 from laserimg.formats.validation import validated
+from laserimg.simulate.objects import OBJECTS
+from laserimg.simulate.scanner import SCANNERS
+from laserimg.simulate.scenes import SCENES
+from laserimg.simulate.sets import LABELS
 
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
 Share = Annotated[float, Field(gt=0, le=1)]
@@ -120,7 +124,7 @@ def read_recipe(path: Path) -> Recipe:
     Raises
     ------
     ConfigError
-        If it is missing or wrong; names file, line and the nearest known key.
+        If it is missing or wrong; names file, line and the nearest known key, class, scene, scanner or thing.
     """
     document = read_toml(path, ConfigError)
     if "format" not in document.data:
@@ -130,4 +134,17 @@ def read_recipe(path: Path) -> Recipe:
         raise document.error(("scans",), "a recipe needs scans")
     if not (recipe.cascades or recipe.regions):
         raise document.error((), "a recipe needs a cascade, or regions = true")
+    _check_names(document, recipe)
     return recipe
+
+
+def _check_names(document: TomlDocument, recipe: Recipe) -> None:
+    if recipe.label not in LABELS:
+        raise document.error(("class",), unknown_name(recipe.label, LABELS, "class"))
+    for number, one in enumerate(recipe.scans):
+        names = [("scene", one.scene, SCENES), ("scanner", one.scanner, SCANNERS)]
+        names += [("more", kind, OBJECTS) for kind in one.more]
+        for key, name, known in names:
+            if name not in known:
+                what = "thing" if key == "more" else key
+                raise document.error(("scans", str(number), key), unknown_name(name, known, what))

@@ -107,7 +107,7 @@ class SetPlan:
     @property
     def categories(self) -> dict[str, int]:
         """Numbers of the classes: those of every set, then the new ones of the extras."""
-        labels = dict.fromkeys([*LABELS, *(extra.label for extra in self.extras)])
+        labels = dict.fromkeys([*LABELS, *(extra.label for extra in self.extras if extra.label)])
         return {label: number for number, label in enumerate(labels, 1)}
 
     def name(self, number: int) -> str:

@@ -35,6 +35,7 @@ cards = st.builds(
     stages=st.none() | st.integers(1, 100),
     trained_on=words,
     seed=st.none() | st.integers(-(2**63), 2**63 - 1),
+    recipe_sha256=st.none() | st.just(DIGEST),
     licence=words,
     versions=st.dictionaries(words, words, max_size=3),
     scores=st.dictionaries(words, st.floats(allow_nan=False, allow_infinity=False), max_size=3),

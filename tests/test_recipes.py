@@ -3,6 +3,7 @@
 import json
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,17 +12,21 @@ from hypothesis import strategies as st
 
 from analytic import boxes_and_floor, ray_grid
 from laserimg.cli import main
+from laserimg.cli.train_recipe import rules_of
 from laserimg.detectors.description import IMAGES
+from laserimg.detectors.shipped import shipped_folder
 from laserimg.errors import ConfigError
 from laserimg.evidence import Evidence
-from laserimg.formats.card import Card, read_card
+from laserimg.formats.card import Card, read_card, read_card_of
 from laserimg.images import make_images
 from laserimg.pipeline import Pipeline
 from laserimg.recipes.cards import card_of, is_described_by, write_card_beside
 from laserimg.recipes.cascade_samples import COPIES, samples_of
+from laserimg.recipes.from_mesh import rules_of_mesh
 from laserimg.recipes.recipe import read_recipe
 from laserimg.recipes.threshold import chances
 from laserimg.rules.file import load_rules, parse_rules
+from laserimg.simulate.user_mesh import UserThing, user_thing
 from window_models import blob_xml
 
 RECIPE = """format = 1
@@ -45,6 +50,7 @@ image = "depth_relative"
 window = [20, 24]
 object_size_m = [0.3, 0.36]
 """
+TRAINING = Path(__file__).parents[1] / "training"
 GRID = ray_grid(np.arange(40.0, -40.0, -0.5), np.arange(5.0, -45.0, -0.5))
 BOX = ((2.0, -0.15, -1.5), (2.3, 0.15, -1.14))
 
@@ -175,9 +181,67 @@ def test_a_cascade_is_trained_again_only_if_its_recipe_or_file_changed(tmp_path)
     assert not is_described_by(path, card)
     write_card_beside(path, card, stages=1)
     assert is_described_by(path, card)
-    assert not is_described_by(path, card_of(replace(recipe, seed=4), recipe.cascades[0], 10))
     path.write_bytes(blob_xml() + b" ")
     assert not is_described_by(path, card)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "anew"),
+    [
+        ("seed = 3", "seed = 4", True),
+        ("seed = 3", "seed = 3\nmin_points = 60", True),
+        ("seed = 3", "seed = 3\nmin_visibility = 0.4", True),
+        ('more = ["office_chair", "desk"]', 'more = ["office_chair"]', True),
+        ("count = 20", "count = 21", True),
+        ('"lms200_swing"', '"lms200_tilt"', True),
+        ("window = [20, 24]", "window = [20, 24]\nstages = 8", True),
+        ("window = [20, 24]", "window = [20, 24]\nfeatures = 'all'", True),
+        ("window = [20, 24]", "window = [20, 24]\nnegatives = 2000", True),
+        ("window = [20, 24]", "window = [20, 24]\nmax_trees = 50", True),
+        ("window = [20, 24]", "window = [20, 24]\nmin_hit_rate = 0.99", True),
+        ("window = [20, 24]", "window = [20, 24]\nmin_hit_rate = 0.999", False),
+        ("seed = 3", "seed = 3\ncost = 1.0\nshadows = 0.0\nheld_out = 0.1\nregions = false", False),
+    ],
+)
+def test_a_cascade_is_trained_again_if_what_it_depends_on_changed(tmp_path, old, new, anew):
+    path = tmp_path / "bin.depth.xml"
+    path.write_bytes(blob_xml())
+    first, changed = (read_recipe(written(tmp_path, text)) for text in (RECIPE, RECIPE.replace(old, new)))
+    write_card_beside(path, card_of(first, first.cascades[0], 30), stages=1)
+    assert is_described_by(path, card_of(changed, changed.cascades[0], 30)) is not anew
+
+
+def test_a_cascade_is_trained_again_if_the_mesh_changed(tmp_path):
+    recipe = read_recipe(written(tmp_path, RECIPE))
+    things = [UserThing(tmp_path / "bin.obj", "bin", (0.3, 0.5), "z", f"bin_{n}") for n in "12"]
+    one, other = (card_of(recipe, recipe.cascades[0], 10, [thing]) for thing in things)
+    assert one != other and one == card_of(recipe, recipe.cascades[0], 10, things[:1])
+
+
+@pytest.mark.parametrize("file", sorted(TRAINING.glob("*.toml")), ids=lambda path: path.stem)
+def test_the_cascades_that_ship_are_those_of_their_recipes(file):
+    recipe = read_recipe(file)
+    for cascade in recipe.cascades:
+        path = shipped_folder() / f"{recipe.label}.{cascade.name}.xml"
+        card = card_of(recipe, cascade, sum(one.count for one in recipe.scans))
+        # Trained with the programs on their cards, whatever is installed here.
+        assert is_described_by(path, replace(card, versions=read_card_of(path).versions))
+
+
+def test_every_cascade_that_ships_has_a_recipe():
+    recipes = [read_recipe(file) for file in TRAINING.glob("*.toml")]
+    made = {f"{recipe.label}.{one.name}.xml" for recipe in recipes for one in recipe.cascades}
+    assert made == {path.name for path in shipped_folder().glob("*.xml")}
+
+
+def test_rules_of_a_mesh_or_of_no_file_are_as_sure_and_as_lenient_as_those_that_ship(tmp_path):
+    mesh = bin_mesh(tmp_path / "bin.obj")
+    made = parse_rules(rules_of_mesh(user_thing(mesh, "bin", (0.3, 0.5))))["bin"]
+    shipped = load_rules()
+    for rules in (made, rules_of("bin", shipped)):
+        assert {(rules.score, rules.on_fail)} == {(one.score, one.on_fail) for one in shipped}
+    assert rules_of("car", shipped) == shipped["car"]
+    assert made.limits["height"].low == 0.18
 
 
 @pytest.mark.long

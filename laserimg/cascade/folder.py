@@ -90,8 +90,9 @@ def run_in_folder(run: Run, watcher: Watcher, restart: bool = False) -> Trained:
     keeper = _Keeper(run, checkpoints, [state.record for state in done], watcher)
     with one_cv2_thread(), ThreadPoolExecutor(run.jobs) as threads:
         jobs = threads if run.jobs > 1 else None
-        miner = _miner(run, jobs)
-        _check(run, miner.backgrounds.unusable(miner.window, jobs), watcher)
+        images = Backgrounds(run.backgrounds, int(run.memory * _IMAGES_SHARE), run.turned)
+        miner = _miner(run, images, jobs)
+        _check(run, images.unusable(miner.window, jobs), watcher)
         trained = train_cascade(run.plan, run.positives, miner, jobs, done, keeper)
     keeper.finish(trained)
     return trained
@@ -114,9 +115,8 @@ def _check(run: Run, unusable: Sequence[str], watcher: Watcher) -> None:
     watcher.left_out(unusable)
 
 
-def _miner(run: Run, jobs: ThreadPoolExecutor | None) -> Miner:
+def _miner(run: Run, images: Backgrounds, jobs: ThreadPoolExecutor | None) -> Miner:
     pool = run.plan.pool
-    images = Backgrounds(run.backgrounds, int(run.memory * _IMAGES_SHARE), run.turned)
     return Miner(images, (pool.width, pool.height), run.plan.seed, run.scale_step, pool.mode == "lbp", jobs)
 
 

@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from itertools import islice
 from threading import local
+from typing import Protocol
 
 import cv2
 import numpy as np
@@ -15,7 +16,6 @@ from laserimg.cascade.integral import passes_gate
 from laserimg.cascade.pyramid import Tile, tiles
 from laserimg.cascade.rates import Rate
 from laserimg.errors import ModelError
-from laserimg.samples.backgrounds import Backgrounds
 
 # Each pass looks at all images with the grid of windows and the scales shifted against the other passes.
 PASSES = 4
@@ -44,13 +44,27 @@ class Mined:
     exhausted: bool
 
 
+class Images(Protocol):
+    """Images that negatives come from, by number."""
+
+    def __len__(self) -> int: ...
+
+    def image(self, number: int, /) -> NDArray[np.uint8] | None:
+        """Return the grey pixels, or none if there are none to be had."""
+        ...
+
+    def boxes(self, number: int, /) -> NDArray[np.float64]:
+        """Return the (n, 4) boxes in an image that no negative may overlap."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Miner:
     """Where negatives come from and how they are looked for.
 
     Attributes
     ----------
-    backgrounds : Backgrounds
+    backgrounds : Images
     window : (int, int)
         Width and height.
     seed : int
@@ -62,7 +76,7 @@ class Miner:
         Threads to look at images in; the result is the same for any number.
     """
 
-    backgrounds: Backgrounds
+    backgrounds: Images
     window: tuple[int, int]
     seed: int
     scale_step: float = 1.2

@@ -36,7 +36,7 @@ def from_mesh(
     from laserimg.cli.simulate import height_range
     from laserimg.cli.train_recipe import cores, table
     from laserimg.recipes.from_mesh import recipe_of_mesh, write_rules
-    from laserimg.recipes.run import Kitchen, follow
+    from laserimg.recipes.run import TrainingRun, follow
     from laserimg.rules.file import load_rules
     from laserimg.simulate.scenes import SCENES
     from laserimg.simulate.user_mesh import user_thing
@@ -51,9 +51,9 @@ def from_mesh(
     thing = user_thing(mesh, label, height_range(height), up)
     out.mkdir(parents=True, exist_ok=True)
     write_rules(thing, out / "rules.toml")
-    kitchen = Kitchen(out / "simulated", out, jobs or cores(), (thing,))
+    run = TrainingRun(out / "simulated", out, jobs or cores(), (thing,))
     rules = load_rules(out / "rules.toml")[label]
-    scores = follow(recipe_of_mesh(thing, scene, scans, seed), kitchen, rules, stepping(quiet or as_json))
+    scores = follow(recipe_of_mesh(thing, scene, scans, seed), run, rules, stepping(quiet or as_json))
     if as_json:
         typer.echo(json.dumps([asdict(score) for score in scores]))
     elif not quiet:

@@ -3,8 +3,12 @@
 from dataclasses import asdict
 from pathlib import Path
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import typer
+
+if TYPE_CHECKING:
+    from laserimg.rules.model import ClassRules, Rules
 
 
 def recipe(
@@ -35,19 +39,19 @@ def recipe(
 
     from laserimg.cli.progress import stepping
     from laserimg.recipes.recipe import read_recipe
-    from laserimg.recipes.run import Kitchen, follow
+    from laserimg.recipes.run import TrainingRun, follow
     from laserimg.rules.file import load_rules
 
     recipes = [read_recipe(file) for file in files]
     all_rules = load_rules(rules)
-    kitchen = Kitchen(work, out, jobs or cores())
+    run = TrainingRun(work, out, jobs or cores())
     out.mkdir(parents=True, exist_ok=True)
     scores = {}
     for one in recipes:
         begin = perf_counter()
         chosen = one.scaled(scale)
         chosen = chosen if seed is None else replace(chosen, seed=seed)
-        found = follow(chosen, kitchen, _rules_of(one.label, all_rules), stepping(quiet or as_json))
+        found = follow(chosen, run, rules_of(one.label, all_rules), stepping(quiet or as_json))
         scores[one.label] = [asdict(score) for score in found]
         if not (quiet or as_json):
             typer.echo(table(one.label, scores[one.label], perf_counter() - begin))
@@ -55,10 +59,13 @@ def recipe(
         typer.echo(json.dumps(scores))
 
 
-def _rules_of(label: str, rules):
+def rules_of(label: str, rules: "Rules") -> "ClassRules":
+    """Return the rules of a class; of one without, what the shipped rules say of all classes."""
     from laserimg.rules.model import ClassRules
 
-    return rules[label] if label in rules else ClassRules(label, ("cascade", "regions"), score=0.5)
+    if label in rules:
+        return rules[label]
+    return ClassRules(label, ("cascade", "regions"), on_fail="doubt", score=0.3)
 
 
 def table(label: str, scores: list[dict], seconds: float) -> str:

@@ -65,6 +65,8 @@ class Card:
         Of a cascade.
     trained_on : str
     seed : int or None
+    recipe_sha256 : str or None
+        Of all in a recipe that a cascade depends on: by another one it is trained anew.
     licence : str
     versions : mapping of str to str
         Of the programs that trained it.
@@ -82,6 +84,7 @@ class Card:
     stages: Annotated[int, Field(ge=1)] | None = None
     trained_on: str = ""
     seed: int | None = None
+    recipe_sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
     licence: str = ""
     versions: dict[str, str] = field(default_factory=dict)
     scores: dict[str, float] = field(default_factory=dict)

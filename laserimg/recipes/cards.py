@@ -1,22 +1,38 @@
 """Cards of detectors trained on simulated scans."""
 
-from dataclasses import replace
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, replace
+from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import cv2
 
+from laserimg.detectors.description import SIDE
 from laserimg.errors import ModelError
 from laserimg.formats.card import Card, card_path, file_sha256, read_card_of, write_card
 from laserimg.recipes.recipe import CascadeRecipe, Recipe
+from laserimg.simulate.sets import Extra
 
 LICENCE = "Apache-2.0"
 _NO_FILE = "0" * 64
 
 
-def card_of(recipe: Recipe, cascade: CascadeRecipe | None, scans: int) -> Card:
-    """Return the card of a cascade, or of the second stage, before its file is written."""
+def card_of(recipe: Recipe, cascade: CascadeRecipe | None, scans: int, extras: Iterable[Extra] = ()) -> Card:
+    """Return the card of a cascade, or of the second stage, before its file is written.
+
+    Parameters
+    ----------
+    recipe : Recipe
+    cascade : CascadeRecipe or None
+        None for the second stage.
+    scans : int
+        Simulated scans it is trained on.
+    extras : iterable of Extra
+        Things of the user in them.
+    """
     scenes = ", ".join(sorted({f"{one.scene} by {one.scanner}" for one in recipe.scans}))
     common: dict[str, Any] = {
         "label": recipe.label,
@@ -27,15 +43,30 @@ def card_of(recipe: Recipe, cascade: CascadeRecipe | None, scans: int) -> Card:
         "versions": {"laserimg": version("laserimg"), "opencv": cv2.__version__},
     }
     if cascade is None:
-        return Card(kind="svm", image="normals_view", window=(32, 32), **common)
+        return Card(kind="svm", image="normals_view", window=(SIDE, SIDE), **common)
     return Card(
         kind="haar",
         image=cascade.image,
         window=cascade.window,
         object_size_m=cascade.object_size_m,
         margin=cascade.margin,
+        recipe_sha256=_digest(recipe, cascade, extras),
         **common,
     )
+
+
+def _digest(recipe: Recipe, cascade: CascadeRecipe, extras: Iterable[Extra]) -> str:
+    """SHA-256 of what a cascade depends on: what comes after it, such as the SVM, is left out."""
+    parts = {
+        "class": recipe.label,
+        "scans": [asdict(one) for one in recipe.scans],
+        "extras": [one.tag for one in extras],
+        "cascade": asdict(cascade),
+        "seed": recipe.seed,
+        "min_points": recipe.min_points,
+        "min_visibility": recipe.min_visibility,
+    }
+    return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
 def is_described_by(path: Path, card: Card) -> bool:

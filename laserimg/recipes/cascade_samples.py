@@ -1,7 +1,7 @@
 """What a cascade is trained on: objects as its windows see them, and the parts of scans it will search."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -41,10 +41,9 @@ class Samples:
 
 @dataclass(frozen=True, eq=False)
 class Views:
-    """Backgrounds of a training (`laserimg.samples.backgrounds.Backgrounds`) that are views in memory."""
+    """Images of a `Miner` that are views in memory."""
 
     views: list[tuple[Pixels, Boxes]]
-    files: tuple = field(default=())
 
     def __len__(self) -> int:
         return len(self.views)

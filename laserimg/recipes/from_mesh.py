@@ -59,7 +59,7 @@ def rules_of_mesh(thing: UserThing) -> str:
     return (
         f"# Limits in metres for {thing.path.name}, {low:g} to {high:g} m high:\n"
         f"# {_SMALLEST:g} of its least to {_LARGEST:g} times its greatest size, as a part may be hidden.\n"
-        f'format = 1\n\n[{thing.label}]\nfrom = ["cascade", "regions"]\nscore = 0.5\n'
+        f'format = 1\n\n[{thing.label}]\nfrom = ["cascade", "regions"]\nscore = 0.3\non_fail = "doubt"\n'
         f'height = {height}\nwidth = {width}\npoints = [30, "-"]\n'
     )
 

@@ -20,6 +20,7 @@ from laserimg.recipes.cascade_samples import Samples, Views, no_samples, samples
 from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import CascadeRecipe, Recipe
 from laserimg.recipes.scans import TrainingScan
+from laserimg.simulate.sets import Extra
 from laserimg.workers import unordered
 
 # Views have one scale: a ratio that no second level of their pyramid fits.
@@ -35,11 +36,12 @@ def train_proposer(
     scans: list[TrainingScan],
     out: Path,
     jobs: int,
+    extras: tuple[Extra, ...] = (),
     tell: Callable[[int], None] = lambda done: None,
 ) -> Path:
     """Train a cascade and write it with its card; return its file.
 
-    One that is there already, with the card that this recipe gives it, is kept.
+    One that is there already, with the card that this recipe and these extras give it, is kept.
 
     Raises
     ------
@@ -47,7 +49,7 @@ def train_proposer(
         If the scans show too few objects.
     """
     path = out / f"{recipe.label}.{cascade.name}.xml"
-    card = card_of(recipe, cascade, len(scans))
+    card = card_of(recipe, cascade, len(scans), extras)
     if is_described_by(path, card):
         return path
     samples = _gathered(recipe, card, scans, jobs, tell)
@@ -99,5 +101,5 @@ def _trained(
     pool = Pool(cascade.features, *cascade.window)
     plan = Plan(pool, goal, cascade.stages, 0, cascade.negatives, seed=recipe.seed)
     with one_cv2_thread(), ThreadPoolExecutor(jobs) as threads:
-        miner = Miner(views, cascade.window, recipe.seed, _ONE_SCALE, False, threads)  # type: ignore[arg-type]
+        miner = Miner(views, cascade.window, recipe.seed, _ONE_SCALE, False, threads)
         return plan, train_cascade(plan, positives, miner, threads, (), Watcher())

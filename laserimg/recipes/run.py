@@ -11,7 +11,7 @@ from laserimg.recipes.cards import write_card_beside
 from laserimg.recipes.measuring import StepScore, measured
 from laserimg.recipes.proposing import train_proposer
 from laserimg.recipes.recipe import Recipe
-from laserimg.recipes.scans import TrainingScan, count_of, scans_of
+from laserimg.recipes.scans import Part, TrainingScan, count_of, scans_of
 from laserimg.recipes.scoring import train_second_stage
 from laserimg.recipes.threshold import with_chances
 from laserimg.rules.model import ClassRules
@@ -22,8 +22,8 @@ Steps = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
 
 
 @dataclass(frozen=True, slots=True)
-class Kitchen:
-    """Where and how recipes are followed.
+class TrainingRun:
+    """Where and how detectors are trained.
 
     Parameters
     ----------
@@ -41,19 +41,19 @@ class Kitchen:
     jobs: int
     extras: tuple[Extra, ...] = ()
 
-    def scans(self, recipe: Recipe, part, step: Steps) -> list[TrainingScan]:
+    def scans(self, recipe: Recipe, part: Part, step: Steps) -> list[TrainingScan]:
         """Return the simulated scans of a part."""
         with step(f"{recipe.label}: scans to {part}", count_of(recipe, part)) as tell:
             return scans_of(recipe, part, self.work, self.jobs, self.extras, tell)
 
 
-def follow(recipe: Recipe, kitchen: Kitchen, rules: ClassRules, step: Steps) -> list[StepScore]:
+def follow(recipe: Recipe, run: TrainingRun, rules: ClassRules, step: Steps) -> list[StepScore]:
     """Train the detector of a recipe into a folder; return how good it is on scans of other seeds.
 
     Parameters
     ----------
     recipe : Recipe
-    kitchen : Kitchen
+    run : TrainingRun
     rules : ClassRules
         What the detections must be like, to be measured with.
     step : Steps
@@ -65,22 +65,22 @@ def follow(recipe: Recipe, kitchen: Kitchen, rules: ClassRules, step: Steps) -> 
     MissingExtraError
         Without Embree.
     """
-    train = kitchen.scans(recipe, "train", step)
+    train = run.scans(recipe, "train", step)
     cascades = []
     for cascade in recipe.cascades:
         with step(f"{recipe.label}: cascade {cascade.name}", len(train)) as tell:
-            cascades.append(train_proposer(recipe, cascade, train, kitchen.out, kitchen.jobs, tell))
+            cascades.append(train_proposer(recipe, cascade, train, run.out, run.jobs, run.extras, tell))
     with step(f"{recipe.label}: second stage", len(train)) as tell:
-        stage = train_second_stage(recipe, cascades, train, kitchen.jobs, tell)
-    tune = kitchen.scans(recipe, "tune", step)
-    second = _write(stage, kitchen.out / f"{recipe.label}.npz")
+        stage = train_second_stage(recipe, cascades, train, run.jobs, tell)
+    tune = run.scans(recipe, "tune", step)
+    second = _write(stage, run.out / f"{recipe.label}.npz")
     models = [*cascades, second]
     with step(f"{recipe.label}: chances", len(tune)) as tell:
-        stage = with_chances(stage, models, recipe, rules, tune, kitchen.jobs, tell)
+        stage = with_chances(stage, models, recipe, rules, tune, run.jobs, tell)
     _write(stage, second)
-    test = kitchen.scans(recipe, "test", step)
+    test = run.scans(recipe, "test", step)
     with step(f"{recipe.label}: measuring", len(test)) as tell:
-        scores = measured(recipe, models, rules, test, kitchen.jobs, tell)
+        scores = measured(recipe, models, rules, test, run.jobs, tell)
     write_card_beside(second, stage.card, scores=_written(scores))
     return scores
 

@@ -1,6 +1,7 @@
 """Reading compressed files as they are, and writing files whole or not at all."""
 
 import bz2
+import errno
 import gzip
 import hashlib
 import lzma
@@ -9,6 +10,7 @@ import tempfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 
 from laserimg.errors import LaserImgError
@@ -69,7 +71,8 @@ def read_start(path: Path, count: int) -> bytes:
     except FileNotFoundError:
         raise LaserImgError("no such file") from None
     except (OSError, EOFError, lzma.LZMAError, zlib.error) as error:
-        raise LaserImgError(f"cannot be read: {error}") from error
+        # The caller names the file.
+        raise LaserImgError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from error
     return b"".join(blocks)
 
 
@@ -77,6 +80,16 @@ def sha256_of(path: Path) -> str:
     """Return the SHA-256 of a file's contents in hexadecimal."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@lru_cache(maxsize=4)
+def sources_sha256(folder: Path) -> str:
+    """Return the SHA-256 of all Python files in a folder: another one means another program."""
+    digest = hashlib.sha256()
+    for file in sorted(folder.rglob("*.py")):
+        digest.update(f"{file.relative_to(folder).as_posix()} ".encode())
+        digest.update(hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()
 
 
 @contextmanager
@@ -108,6 +121,24 @@ def atomic_write(path: Path) -> Iterator[Path]:
         raise type(error)(error.errno, error.strerror, str(path)) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder if it is not there, and be sure that files can be written into it.
+
+    Raises
+    ------
+    OSError
+        If not; before hours of work, not after.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            pass
+    except FileExistsError:
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path)) from None
+    except OSError as error:
+        raise type(error)(error.errno, error.strerror, str(path)) from None
 
 
 def write_text(path: Path, text: str) -> None:

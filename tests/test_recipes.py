@@ -18,8 +18,12 @@ from laserimg.detectors.shipped import shipped_folder
 from laserimg.errors import ConfigError
 from laserimg.evidence import Evidence
 from laserimg.formats.card import Card, read_card, read_card_of
+from laserimg.formats.coco import Annotation, Category, CocoFile, CocoImage
+from laserimg.formats.coco_file import write_coco
+from laserimg.formats.npz import write_npz
 from laserimg.images import make_images
 from laserimg.pipeline import Pipeline
+from laserimg.recipes import observation, scans
 from laserimg.recipes.cards import card_of, is_described_by, write_card_beside
 from laserimg.recipes.cascade_samples import COPIES, samples_of
 from laserimg.recipes.from_mesh import rules_of_mesh
@@ -171,6 +175,7 @@ def test_too_few_scans_to_learn_from_are_an_error_in_one_line(tmp_path, laserimg
         2,
     )
     assert code == 1 and error.count("\n") == 1 and "needed: more scans" in error
+    assert not (tmp_path / "bin" / "rules.toml").exists()
 
 
 def test_a_cascade_is_trained_again_only_if_its_recipe_or_file_changed(tmp_path):
@@ -183,6 +188,92 @@ def test_a_cascade_is_trained_again_only_if_its_recipe_or_file_changed(tmp_path)
     assert is_described_by(path, card)
     path.write_bytes(blob_xml() + b" ")
     assert not is_described_by(path, card)
+
+
+def test_evidence_is_kept_until_the_program_changes(tmp_path, monkeypatch):
+    scan = boxes_and_floor(GRID, [BOX], noise_m=0.0)
+    path = tmp_path / "a.npz"
+    write_npz(scan, path)
+    first = observation.observed(path)
+    kept = path.with_suffix(".evidence")
+    made = kept.stat().st_mtime_ns
+    again = observation.observed(path)
+    assert kept.stat().st_mtime_ns == made and [one.box for one in again.regions] == [
+        one.box for one in first.regions
+    ]
+    np.testing.assert_array_equal(again.images["normals_view.g"], first.images["normals_view"][..., 1])
+    assert again.floor.plane.offset_m == pytest.approx(1.5, abs=0.01)
+    monkeypatch.setattr(observation, "sources_sha256", lambda folder: "another")
+    observation.observed(path)
+    assert kept.stat().st_mtime_ns > made
+
+
+def test_the_parts_of_a_recipe_share_no_scan_and_look_for_its_class(tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setattr(scans, "make_scans", lambda plan, count, jobs: made.append(plan) or range(count))
+    recipe = read_recipe(written(tmp_path, RECIPE))
+    parts = {part: scans.scans_of(recipe, part, tmp_path, 1) for part in ("train", "tune", "test")}
+    assert {part: len(found) for part, found in parts.items()} == {"train": 30, "tune": 6, "test": 6}
+    assert len({plan.seed for plan in made}) == 3 and {plan.seed for plan in made} >= {3}
+    assert len({one.path for found in parts.values() for one in found}) == 42
+    assert [extra.label for extra in made[1].extras] == ["office_chair", ""]
+
+
+def test_objects_that_show_too_little_are_neither_learnt_nor_missed(tmp_path):
+    recipe = read_recipe(written(tmp_path, RECIPE))
+    things = [  # class, returns, visibility
+        (1, 50, 0.5), (1, 49, 1.0), (1, 500, 0.49), (1, 500, None), (2, 500, 1.0),
+    ]  # fmt: skip
+    boxes = [
+        Annotation(number, 1, category, (number, 0, 5, 5), area=area, visibility=visibility)
+        for number, (category, area, visibility) in enumerate(things, 1)
+    ]
+    categories = (Category(1, "wastebasket"), Category(2, "car"))
+    truth = tmp_path / "truth.json"
+    write_coco(truth, CocoFile((CocoImage(1, "a.npz", 100, 50),), categories, tuple(boxes)))
+    asked, ignored = scans.TrainingScan(tmp_path / "a.npz", truth).objects(recipe)
+    assert (asked[:, 0].tolist(), ignored[:, 0].tolist()) == ([1, 4], [2, 3])
+
+
+BAD_INPUT = {
+    "folder": ("recipe . -o out", "laserimg: .: cannot be read: Is a directory"),
+    "missing": ("recipe nope.toml -o out", "nope.toml: no such file"),
+    "empty": ("recipe empty.toml -o out", "empty.toml:1: a recipe must begin with format = 1"),
+    "no TOML": ("recipe broken.toml -o out", "broken.toml:2: "),
+    "out is a file": ("recipe bin.toml -o empty.toml", "empty.toml: Not a directory"),
+    "out is not writable": ("recipe bin.toml -o /proc/self", "/proc/self: "),
+    "missing mesh": ("from-mesh nope.obj --class bin --height 0.2:0.6 -o out", "nope.obj: no such file"),
+    "empty mesh": ("from-mesh empty.glb --class bin --height 0.2:0.6 -o out", "empty.glb: is empty"),
+    "no mesh": ("from-mesh text.obj --class bin --height 0.2:0.6 -o out", "text.obj: holds no triangles"),
+    "no STL": (
+        "from-mesh junk.stl --class bin --height 0.2:0.6 -o out",
+        "junk.stl: cannot be read as a mesh",
+    ),
+    "reversed": ("from-mesh text.obj --class bin --height 0.6:0.2 -o out", "height 0.6:0.2: two lengths"),
+    "0": ("from-mesh text.obj --class bin --height 0 -o out", "height 0:0: two lengths in metres above 0"),
+    "nan": ("from-mesh text.obj --class bin --height nan -o out", "height nan:nan: two lengths"),
+    "class": ("from-mesh text.obj --class é --height 1 -o out", "'é' is not made of small letters"),
+    "scene": ("from-mesh text.obj --class a --height 1 -o out --scene moon", "known: corridor, office, park"),
+}
+
+
+@pytest.mark.parametrize(("words", "message"), BAD_INPUT.values(), ids=BAD_INPUT)
+def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, laserimg, words, message):
+    pytest.importorskip("trimesh")
+    written(tmp_path, RECIPE)
+    for name, data in {
+        "empty.toml": b"",
+        "broken.toml": b"a = [\n",
+        "empty.glb": b"",
+        "text.obj": b"hello",
+    }.items():
+        (tmp_path / name).write_bytes(data)
+    (tmp_path / "junk.stl").write_bytes(bytes(range(1, 256)))
+    before = set(tmp_path.rglob("*"))
+    code, out, error = laserimg("train", *words.split())
+    assert code in (1, 2) and out == "" and message in error
+    assert code == 2 or error.count("\n") == 1
+    assert set(tmp_path.rglob("*")) == before
 
 
 @pytest.mark.parametrize(

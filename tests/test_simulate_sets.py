@@ -12,7 +12,7 @@ from laserimg.simulate.materials import Material
 from laserimg.simulate.measure import simulated, staged
 from laserimg.simulate.mesh import box, pose_at
 from laserimg.simulate.scanner import SCANNERS
-from laserimg.simulate.sets import SetPlan, known
+from laserimg.simulate.sets import MARK, SetPlan, known
 from laserimg.simulate.things import Scene, Thing
 
 pytest.importorskip("embreex")
@@ -106,6 +106,18 @@ def test_a_set_depends_on_seed_and_number_alone_and_grows(tmp_path):
         assert mask.sum() == found.area and 0 < found.visibility <= 1
         rows = np.flatnonzero(mask.any(axis=1))
         assert (found.bbox[1], found.bbox[3]) == (rows[0], rows[-1] + 1 - rows[0])
+
+
+def test_a_set_of_another_version_is_refused_and_not_mixed(tmp_path):
+    words = ("simulate", "office", "--scanner", "lms200_tilt", "--count", 1, "-o", tmp_path / "a")
+    assert laserimg(*words).code == 0
+    before = {path.name for path in (tmp_path / "a").rglob("*")}
+    for mark in ("0" * 64, None):
+        (tmp_path / "a" / MARK).write_text(mark) if mark else (tmp_path / "a" / MARK).unlink()
+        result = laserimg(*words, "--seed", 1)
+        assert result.code == 1 and result.err.count("\n") == 1
+        assert "another version of the simulator; remove it, or name another folder" in result.err
+    assert {path.name for path in (tmp_path / "a").rglob("*")} == before - {MARK}
 
 
 def test_extras_without_a_class_add_none_to_the_truth(tmp_path):

@@ -30,8 +30,9 @@ def simulate(
     """Make scans of random scenes, with the boxes and sizes of what is in them.
 
     A scan depends on scene, scanner, seed and its number alone. What is there already is kept: a larger
-    --count adds to a set. --mesh puts an object of your own 1-4 times into every scene, scaled to --height;
-    auto takes y as up in GLB files, z in others. Needs pip install "laserimg[simulate]".
+    --count adds to a set of the same version of laserimg. --mesh puts an object of your own 1-4 times into
+    every scene, scaled to --height; auto takes y as up in GLB files, z in others.
+    Needs pip install "laserimg[simulate]".
 
     \b
       laserimg simulate office --count 20 -o offices

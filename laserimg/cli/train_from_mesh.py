@@ -30,30 +30,33 @@ def from_mesh(
       laserimg train from-mesh hydrant.glb --class hydrant --height 0.6:1.0 --scene street -o hydrant
     """
     import json
+    import re
     from dataclasses import asdict
 
     from laserimg.cli.progress import stepping
     from laserimg.cli.simulate import height_range
     from laserimg.cli.train_recipe import cores, table
-    from laserimg.recipes.from_mesh import recipe_of_mesh, write_rules
+    from laserimg.files import make_folder, write_text
+    from laserimg.recipes.from_mesh import recipe_of_mesh, rules_of_mesh
     from laserimg.recipes.run import TrainingRun, follow
-    from laserimg.rules.file import load_rules
+    from laserimg.rules.file import parse_rules
     from laserimg.simulate.scenes import SCENES
     from laserimg.simulate.user_mesh import user_thing
 
     if scene not in SCENES:
         raise typer.BadParameter(f"known: {', '.join(sorted(SCENES))}", param_hint="--scene")
-    if not label.isidentifier() or label != label.lower():
+    if not re.fullmatch(r"[a-z0-9_]+", label):
         raise typer.BadParameter(
             f"'{label}' is not made of small letters, digits and _", param_hint="--class"
         )
     begin = perf_counter()
     thing = user_thing(mesh, label, height_range(height), up)
-    out.mkdir(parents=True, exist_ok=True)
-    write_rules(thing, out / "rules.toml")
+    make_folder(out)
     run = TrainingRun(out / "simulated", out, jobs or cores(), (thing,))
-    rules = load_rules(out / "rules.toml")[label]
-    scores = follow(recipe_of_mesh(thing, scene, scans, seed), run, rules, stepping(quiet or as_json))
+    text = rules_of_mesh(thing)
+    recipe = recipe_of_mesh(thing, scene, scans, seed)
+    scores = follow(recipe, run, parse_rules(text)[label], stepping(quiet or as_json))
+    write_text(out / "rules.toml", text)
     if as_json:
         typer.echo(json.dumps([asdict(score) for score in scores]))
     elif not quiet:

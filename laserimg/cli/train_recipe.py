@@ -15,7 +15,9 @@ def recipe(
     files: list[Path] = typer.Argument(..., metavar="RECIPE.toml...", help="Recipes, one a detector."),
     out: Path = typer.Option(..., "--out", "-o", help="Folder for the detectors and their cards."),
     work: Path = typer.Option(
-        Path("simulated"), help="Folder of simulated scans; recipes share them, and a second run keeps them."
+        Path("simulated"),
+        help="Folder of simulated scans; recipes share them, and a second run keeps them. After an upgrade "
+        "that changes the simulator it must be a fresh one.",
     ),
     rules: Path | None = typer.Option(None, help="Rule file to measure with. Default: the shipped rules."),
     jobs: int = typer.Option(0, min=0, help="Worker processes; 0 is one a core."),
@@ -38,6 +40,7 @@ def recipe(
     from dataclasses import replace
 
     from laserimg.cli.progress import stepping
+    from laserimg.files import make_folder
     from laserimg.recipes.recipe import read_recipe
     from laserimg.recipes.run import TrainingRun, follow
     from laserimg.rules.file import load_rules
@@ -45,7 +48,7 @@ def recipe(
     recipes = [read_recipe(file) for file in files]
     all_rules = load_rules(rules)
     run = TrainingRun(work, out, jobs or cores())
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     scores = {}
     for one in recipes:
         begin = perf_counter()

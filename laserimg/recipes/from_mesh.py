@@ -1,10 +1,7 @@
 """A recipe and rules for an object of which there is a mesh."""
 
-from pathlib import Path
-
 import numpy as np
 
-from laserimg.files import write_text
 from laserimg.recipes.recipe import CascadeRecipe, Recipe, ScanSet
 from laserimg.simulate.user_mesh import UserThing, standing
 
@@ -62,8 +59,3 @@ def rules_of_mesh(thing: UserThing) -> str:
         f'format = 1\n\n[{thing.label}]\nfrom = ["cascade", "regions"]\nscore = 0.3\non_fail = "doubt"\n'
         f'height = {height}\nwidth = {width}\npoints = [30, "-"]\n'
     )
-
-
-def write_rules(thing: UserThing, path: Path) -> None:
-    """Write the rule file of a mesh."""
-    write_text(path, rules_of_mesh(thing))

@@ -7,7 +7,7 @@ import numpy as np
 from laserimg.detectors.description import IMAGES
 from laserimg.errors import LabelError
 from laserimg.evidence import Evidence, Image
-from laserimg.files import atomic_write
+from laserimg.files import atomic_write, sources_sha256
 from laserimg.geometry.floor import Floor
 from laserimg.geometry.pitch import angular_pitch
 from laserimg.geometry.planes import Plane
@@ -20,13 +20,15 @@ from laserimg.rules.model import Rules
 from laserimg.scan import Scan
 
 _PIPELINE = Pipeline(Rules(()))
+# Evidence that other versions of laserimg kept is made anew.
+_PROGRAM = Path(__file__).parents[1]
 
 
 def observed(path: Path) -> Evidence:
     """Return what the pipeline knows of a simulated scan, with the images of the second stage."""
     (scan,) = read_file(path)
     kept = path.with_suffix(".evidence")
-    if not kept.exists():
+    if not _is_ours(kept):
         _keep(kept, scan)
     with np.load(kept) as arrays:
         partition = Partition(arrays["labels"], arrays["range"], arrays["objects"])
@@ -42,6 +44,13 @@ def killed(scan: TrainingScan) -> LabelError:
     return LabelError(f"{scan.path}: the process that looked at it was killed; fewer --jobs need less memory")
 
 
+def _is_ours(path: Path) -> bool:
+    if not path.exists():
+        return False
+    with np.load(path) as arrays:
+        return "program" in arrays and str(arrays["program"]) == sources_sha256(_PROGRAM)
+
+
 def _keep(path: Path, scan: Scan) -> None:
     evidence = _PIPELINE.observe(scan)
     floor = evidence.floor
@@ -53,6 +62,7 @@ def _keep(path: Path, scan: Scan) -> None:
     with atomic_write(path) as temporary, temporary.open("wb") as file:
         np.savez(
             file,
+            program=np.array(sources_sha256(_PROGRAM)),
             labels=evidence.partition.labels,
             range=evidence.partition.range,
             objects=evidence.partition.objects,

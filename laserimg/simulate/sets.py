@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from laserimg.errors import ConfigError, LaserImgError
+from laserimg.files import make_folder, sources_sha256, write_text
 from laserimg.formats.coco import Annotation, Category, CocoFile, CocoImage
 from laserimg.formats.coco_file import read_coco, write_coco
 from laserimg.formats.npz import write_npz
@@ -27,6 +28,8 @@ LABELS = (
     "bench", "bicycle", "bollard", "fence", "hedge", "litter_bin", "lorry", "low_wall",
 )  # fmt: skip
 TRUTH = "truth.coco.json"
+# Holds the digest of the simulator that made the scans of a folder.
+MARK = "simulator.sha256"
 
 
 class Extra(Protocol):
@@ -125,11 +128,14 @@ def make_scans(plan: SetPlan, count: int, jobs: int = 1) -> Iterator[int]:
 
     Raises
     ------
+    ConfigError
+        If the folder holds scans of another version of the simulator.
     MissingExtraError
         Without Embree.
     LaserImgError
         If the process that made a scan was killed.
     """
+    _mark(plan.out)
     missing = []
     for number in range(count):
         if plan.truth(number).exists() and (plan.out / plan.name(number)).exists():
@@ -137,6 +143,19 @@ def make_scans(plan: SetPlan, count: int, jobs: int = 1) -> Iterator[int]:
         else:
             missing.append(number)
     yield from unordered(partial(_make_scan, plan), missing, min(jobs, max(len(missing), 1)), _died)
+
+
+def _mark(folder: Path) -> None:
+    """Mark a folder as this simulator's; other versions make other scans of the same seed."""
+    mark, mine = folder / MARK, sources_sha256(Path(__file__).parent)
+    if mark.is_file() and mark.read_text(encoding="utf-8") == mine:
+        return
+    if (folder / "truth").is_dir():
+        raise ConfigError(
+            f"{folder}: holds scans of another version of the simulator; remove it, or name another folder"
+        )
+    make_folder(folder)
+    write_text(mark, mine)
 
 
 def _make_scan(plan: SetPlan, number: int) -> int:

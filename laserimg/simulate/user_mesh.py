@@ -117,10 +117,15 @@ def _triangles(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
         import trimesh
     except ImportError:
         raise MissingExtraError("meshes", "simulate") from None
+    if not path.stat().st_size:
+        raise ConfigError(f"{path}: is empty")
     try:
         # Readers of broken files raise whatever their parsers raise.
         mesh = trimesh.load(path, force="mesh", process=False, skip_materials=True)
         points, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)  # type: ignore[attr-defined]
+    except ImportError as error:
+        why = f"broken, or needs the Python module {error.name}, which is not installed"
+        raise ConfigError(f"{path}: cannot be read as a mesh: {why}") from error
     except Exception as error:
         raise ConfigError(f"{path}: cannot be read as a mesh: {error or type(error).__name__}") from error
     if not len(faces):

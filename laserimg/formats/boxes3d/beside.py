@@ -31,6 +31,8 @@ def labels_beside(scan: Path) -> Labels3D:
     """
     places = _places(scan)
     file = labels_file(scan)
+    if not scan.is_file():
+        raise LabelError(f"{scan}: no such file")
     if file is None:
         known = ", ".join(f"{place} ({name})" for name, place in places.items())
         raise LabelError(f"{scan}: no labels beside it: needs {known}")

@@ -84,5 +84,5 @@ def _lines(path: Path) -> list[list[str]]:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise LabelError(f"{path}: cannot be read: {error}") from None
+        raise LabelError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     return [line.split() for line in text.splitlines() if line.strip()]

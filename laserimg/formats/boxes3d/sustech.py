@@ -25,7 +25,7 @@ def read_sustech_labels(path: Path) -> Labels3D:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise LabelError(f"{path}: cannot be read: {error}") from None
+        raise LabelError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     if not isinstance(content, list):
         raise LabelError(f"{path}: not a list of boxes")
     return Labels3D(tuple(_box(entry, f"{path}: box {number}") for number, entry in enumerate(content, 1)))

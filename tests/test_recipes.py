@@ -202,7 +202,7 @@ def test_evidence_is_kept_until_the_program_changes(tmp_path, monkeypatch):
         one.box for one in first.regions
     ]
     np.testing.assert_array_equal(again.images["normals_view.g"], first.images["normals_view"][..., 1])
-    assert again.floor.plane.offset_m == pytest.approx(1.5, abs=0.01)
+    assert again.floor.height_below_m == pytest.approx(1.5, abs=0.01)
     monkeypatch.setattr(observation, "sources_sha256", lambda folder: "another")
     observation.observed(path)
     assert kept.stat().st_mtime_ns > made

@@ -5,7 +5,7 @@ from dataclasses import replace
 from hashlib import sha256
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from laserimg.cli import main
@@ -43,6 +43,7 @@ cards = st.builds(
 
 
 @given(cards)
+@settings(deadline=None)
 def test_a_card_reads_back_as_written(tmp_path_factory, card):
     path = tmp_path_factory.mktemp("cards") / "bin.toml"
     write_card(path, card)

@@ -277,6 +277,13 @@ def test_one_bad_file_does_not_stop_the_rest(tmp_path):
     assert alone.code == 1 and not (tmp_path / "none").exists()
 
 
+def test_a_least_range_above_all_returns_is_one_line(tmp_path):
+    done = laserimg("map", STREET, "-o", tmp_path / "m", "--min-range", "500")
+    why = "no return between 500 and inf m"
+    assert (done.code, done.err) == (1, f"laserimg: {STREET}: {why}\n")
+    assert not (tmp_path / "m").exists()
+
+
 def test_a_model_that_needs_reflectance_says_so(tmp_path, street):
     recipe = Recipe("honv+hog", 1)
     rng = np.random.default_rng(0)

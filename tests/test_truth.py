@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -39,6 +39,7 @@ def box_at(azimuth_deg, kind="car", range_m=10.0, side=2.0):
     size=st.tuples(*[st.floats(0.1, 5)] * 3),
     seed=st.integers(0, 50),
 )
+@settings(deadline=None)
 def test_a_box_holds_what_its_eight_corners_enclose(turn, size, seed):
     """Slow reference: inside means on the inner side of all six faces."""
     axes, centre = Rotation.from_euler("XYZ", turn).as_matrix(), np.array([1.0, 2, 3])
@@ -166,8 +167,11 @@ def test_sustech_labels_that_are_wrong_are_named(content, tmp_path):
 
 
 def test_a_scan_without_labels_says_where_they_should_be(tmp_path):
+    scan = tmp_path / "velodyne" / "000001.bin"
+    scan.parent.mkdir()
+    scan.touch()
     with pytest.raises(LabelError, match=r"no labels beside it: needs .*label_2.* \(KITTI\)"):
-        labels_beside(tmp_path / "velodyne" / "000001.bin")
+        labels_beside(scan)
 
 
 @pytest.mark.parametrize(
@@ -209,6 +213,12 @@ def test_truth_of_a_scan_without_labels_ends_in_one_line(tmp_path):
     assert done.code == 1
     assert done.err.count("\n") == 1
     assert "no labels beside it" in done.err
+    assert not (tmp_path / "t.json").exists()
+
+
+def test_truth_of_a_missing_file_says_so_and_writes_nothing(tmp_path):
+    done = laserimg("truth", "a.npz", "-o", "t.json", folder=tmp_path)
+    assert (done.code, done.err) == (1, "laserimg: a.npz: no such file\n")
     assert not (tmp_path / "t.json").exists()
 
 

@@ -118,8 +118,8 @@ def _map_file(task: tuple[Path, str], options: MapOptions, out: Path) -> MappedF
 
 def _prepared(scan: Scan, options: MapOptions) -> Scan:
     scan = scan.with_limits(options.min_range)
-    if not scan.range.any():
-        raise LaserImgError(f"no return is left: all are nearer than {options.min_range} m")
+    if not scan.valid.any():
+        raise LaserImgError(f"no return between {scan.min_range:g} and {scan.max_range:g} m")
     return scan if options.up is None else with_up(scan, options.up)
 
 

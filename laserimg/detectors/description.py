@@ -93,6 +93,11 @@ class Describer:
         return np.concatenate([part * np.float32(_WEIGHTS[name]) for name, part in parts.items()], axis=1)
 
 
+def plain_part(vectors: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Return the part (n, e) of vectors (n, d) that needs no histogram of directions: parts 3 and 4."""
+    return vectors[:, LAYOUT.honv_length + LAYOUT.hog_length :]
+
+
 def _normals(colours: NDArray[np.uint8]) -> Float32Array:
     """Unit normals, x right, y down, z away, from images of towards, right, up; 0 for none."""
     towards, right, up = (colours[..., i].astype(np.float32) / np.float32(127.5) - 1 for i in range(3))

@@ -1,13 +1,17 @@
-"""The second stage: a linear SVM that scores every proposed box of a class, and puts the box right."""
+"""The second stage: looks at every proposed box of a class, puts it right, and says how sure it is."""
 
 import io
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.boxes import Boxes, iou
+from laserimg.detectors.boosted_trees import BoostedTrees
+from laserimg.detectors.description import Describer, plain_part
+from laserimg.detectors.look import Look
 from laserimg.errors import LaserImgError, ModelError
 from laserimg.files import read_bytes
 from laserimg.formats.card import Card
@@ -16,35 +20,32 @@ from laserimg.scan import Float32Array
 
 # Boxes of one class that overlap more than this are of one object.
 SAME_IOU = 0.4
-# A box is moved by at most this share of its sides, and grows or shrinks by at most this factor's logarithm.
-MAX_MOVE = 0.5
+# So many boxes of a class are looked at more than once.
+MOST = 60
 _MAX_BYTES = 4 << 20
-_NUMBERS = ("bias", "slope", "passed", "regions", "layout")
-_SHAPES = {"weights": 1, "moves": 2, "still": 1, **dict.fromkeys(_NUMBERS, 0)}
+_NUMBERS = ("slope", "shift", "passed", "regions", "layout")
+_TREES = {"features": 2, "thresholds": 2, "answers": 2}
+_SHAPES = {"weights": 2, "bias": 1, "moves": 3, "still": 2, **_TREES, **dict.fromkeys(_NUMBERS, 0)}
 # Another way of making vectors gets another number: a model is of one of them.
-LAYOUT_NUMBER = 1
+LAYOUT_NUMBER = 2
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SecondStage:
-    """A linear SVM on the vectors of `Describer`, and a linear correction of the box.
+    """Some looks, each at the boxes as the look before has put them, and trees that judge what they saw.
 
-    The correction is that of R. Girshick et al., "Rich feature hierarchies for accurate object detection",
-    CVPR 2014, doi:10.1109/CVPR.2014.81, appendix C, on these vectors in place of a network's.
+    Each look is trained on boxes as it gets them, as in Z. Cai and N. Vasconcelos, "Cascade R-CNN", CVPR
+    2018, doi:10.1109/CVPR.2018.00644, with linear machines in place of a network.
 
     Parameters
     ----------
     name : str
     card : Card
-    weights : (d,) array of float32
-    bias : float
-        The score is 0.5 at ``vector @ weights + bias == 0``.
-    slope : float
-        The score is ``1 / (1 + exp(-slope * (vector @ weights + bias)))`` (J. Platt, 1999).
-    moves : (4, d) array of float32
-    still : (4,) array of float32
-        ``moves @ vector + still`` is how far the box's middle must go across and down, in its sides,
-        and the logarithms of how much wider and higher it must be.
+    looks : tuple of Look
+    judge : BoostedTrees
+        On the numbers of `seen`.
+    slope, shift : float
+        The score is ``1 / (1 + exp(-(slope * judge(numbers) + shift)))`` (J. Platt, 1999).
     passed : float
         Added to the logarithm of the odds of a box that passes all checks of its class.
     regions : bool
@@ -53,28 +54,63 @@ class SecondStage:
 
     name: str
     card: Card
-    weights: Float32Array
-    bias: float
-    slope: float
-    moves: Float32Array
-    still: Float32Array
+    looks: tuple[Look, ...]
+    judge: BoostedTrees
+    slope: float = 1.0
+    shift: float = 0.0
     passed: float = 0.0
     regions: bool = True
 
-    def margins(self, vectors: Float32Array) -> NDArray[np.float64]:
-        """Return ``vectors @ weights + bias`` (n,) of vectors (n, d)."""
-        return (vectors @ self.weights).astype(np.float64) + self.bias
+    def scores(self, sums: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the score (n,) of sums of the judge (n,), between 0 and 1."""
+        return 1 / (1 + np.exp(np.clip(-(self.slope * sums + self.shift), -50, 50)))
 
-    def scores(self, margins: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the score (n,) of margins (n,), between 0 and 1."""
-        return 1 / (1 + np.exp(np.clip(-self.slope * margins, -50, 50)))
+    def looked_at(
+        self, describe: Describer, boxes: Boxes, vectors: Float32Array
+    ) -> tuple[NDArray[np.intp], Boxes, NDArray[np.float64]]:
+        """Return the most promising boxes after all looks, and their scores.
 
-    def corrected(self, boxes: Boxes, vectors: Float32Array) -> Boxes:
-        """Return the boxes moved and resized."""
-        change = np.clip((vectors @ self.moves.T).astype(np.float64) + self.still, -MAX_MOVE, MAX_MOVE)
-        middle = boxes[:, :2] + boxes[:, 2:] * (0.5 + change[:, :2])
-        size = boxes[:, 2:] * np.exp(change[:, 2:])
-        return np.concatenate([middle - size / 2, size], axis=1)
+        Parameters
+        ----------
+        describe : Describer
+        boxes : (n, 4) array
+        vectors : (n, d) array
+            As `describe` gives them.
+
+        Returns
+        -------
+        places : (m,) array
+            Which of the boxes they were.
+        boxes : (m, 4) array
+        scores : (m,) array
+        """
+        margins = self.looks[0].margins(vectors)
+        places = np.argsort(-margins, kind="stable")[:MOST]
+        boxes, vectors, margins = boxes[places], vectors[places], [margins[places]]
+        for look, following in pairwise(self.looks):
+            boxes = look.corrected(boxes, vectors)
+            vectors = describe(boxes)
+            margins.append(following.margins(vectors))
+        sums = self.judge(seen(vectors, np.stack(margins, axis=1)))
+        return places, self.looks[-1].corrected(boxes, vectors), self.scores(sums)
+
+
+def seen(vectors: NDArray[np.floating], margins: NDArray[np.floating]) -> Float32Array:
+    """Return what a second stage judges by: plain numbers of the last look, and the margins of all looks.
+
+    Parameters
+    ----------
+    vectors : (n, d) array
+        Of the last look.
+    margins : (n, looks) array
+
+    Returns
+    -------
+    (n, e) array of float32
+        Last of all the mean of the margins.
+    """
+    mean = margins.mean(axis=1, keepdims=True)
+    return np.concatenate([plain_part(vectors), margins, mean], axis=1, dtype=np.float32)
 
 
 def distinct(boxes: Boxes, scores: NDArray[np.float64], wrap_width: int | None) -> NDArray[np.intp]:
@@ -89,14 +125,18 @@ def distinct(boxes: Boxes, scores: NDArray[np.float64], wrap_width: int | None) 
 
 def save_second_stage(stage: SecondStage) -> bytes:
     """Return the contents of a second stage's file."""
-    buffer = io.BytesIO()
+    looks, judge, buffer = stage.looks, stage.judge, io.BytesIO()
     np.savez_compressed(
         buffer,
-        weights=stage.weights.astype(np.float16),
-        bias=np.float32(stage.bias),
+        weights=np.stack([look.weights for look in looks]).astype(np.float16),
+        bias=np.array([look.bias for look in looks], np.float32),
+        moves=np.stack([look.moves for look in looks]).astype(np.float16),
+        still=np.stack([look.still for look in looks]).astype(np.float32),
+        features=judge.features,
+        thresholds=judge.thresholds,
+        answers=judge.answers,
         slope=np.float32(stage.slope),
-        moves=stage.moves.astype(np.float16),
-        still=stage.still.astype(np.float32),
+        shift=np.float32(stage.shift),
         passed=np.float32(stage.passed),
         regions=np.int32(stage.regions),
         layout=np.int32(LAYOUT_NUMBER),
@@ -116,21 +156,44 @@ def load_second_stage(path: Path, card: Card) -> SecondStage:
         arrays = load_arrays(read_bytes(path, _MAX_BYTES), _MAX_BYTES)
     except LaserImgError as error:
         raise ModelError(f"{path}: {error}") from error
+    if "layout" in arrays and arrays["layout"].ndim == 0 and arrays["layout"] != LAYOUT_NUMBER:
+        raise ModelError(f"{path}: made for other vectors ({arrays['layout']}); train it anew")
     for name, dimensions in _SHAPES.items():
-        if name not in arrays or arrays[name].ndim != dimensions or not np.isfinite(arrays[name]).all():
+        known = name in arrays and arrays[name].ndim == dimensions
+        if not known or not (np.isfinite(arrays[name]) | (name == "thresholds")).all():
             raise ModelError(f"{path}: {name} is missing or no finite array of {dimensions} dimensions")
-    length = len(arrays["weights"])
-    if arrays["moves"].shape != (4, length) or arrays["still"].shape != (4,):
-        raise ModelError(f"{path}: weights, moves and still do not fit each other")
-    if int(arrays["layout"]) != LAYOUT_NUMBER:
-        raise ModelError(f"{path}: made for other vectors ({int(arrays['layout'])}); train it anew")
-    single = {name: np.asarray(arrays[name], np.float32) for name in ("weights", "moves", "still")}
     return SecondStage(
         path.stem,
         card,
-        bias=float(arrays["bias"]),
+        _looks(path, arrays),
+        _judge(path, arrays),
         slope=float(arrays["slope"]),
+        shift=float(arrays["shift"]),
         passed=float(arrays["passed"]),
         regions=bool(arrays["regions"]),
-        **single,
     )
+
+
+def _looks(path: Path, arrays: dict[str, NDArray]) -> tuple[Look, ...]:
+    count, length = arrays["weights"].shape
+    shapes = arrays["bias"].shape, arrays["moves"].shape, arrays["still"].shape
+    if shapes != ((count,), (count, 4, length), (count, 4)) or count == 0:
+        raise ModelError(f"{path}: weights, moves and still do not fit each other")
+    weights, moves, still = (np.asarray(arrays[name], np.float32) for name in ("weights", "moves", "still"))
+    return tuple(
+        Look(weights[i], float(bias), moves[i], still[i]) for i, bias in enumerate(arrays["bias"].tolist())
+    )
+
+
+def _judge(path: Path, arrays: dict[str, NDArray]) -> BoostedTrees:
+    features = np.asarray(arrays["features"], np.int32)
+    looks, length = arrays["weights"].shape
+    numbers = plain_part(np.empty((0, length), np.float32)).shape[1] + looks + 1
+    if features.size and not 0 <= features.min() <= features.max() < numbers:
+        raise ModelError(f"{path}: its trees ask for other numbers than the {numbers} there are")
+    try:
+        return BoostedTrees(
+            features, np.asarray(arrays["thresholds"], np.float32), np.asarray(arrays["answers"], np.float32)
+        )
+    except ValueError as error:
+        raise ModelError(f"{path}: {error}") from error

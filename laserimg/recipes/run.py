@@ -12,7 +12,7 @@ from laserimg.recipes.measuring import StepScore, measured
 from laserimg.recipes.proposing import train_proposer
 from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import Part, TrainingScan, count_of, scans_of
-from laserimg.recipes.scoring import train_second_stage
+from laserimg.recipes.scoring import scans_looked_at, train_second_stage
 from laserimg.recipes.threshold import with_chances
 from laserimg.rules.model import ClassRules
 from laserimg.simulate.sets import Extra
@@ -70,7 +70,7 @@ def follow(recipe: Recipe, run: TrainingRun, rules: ClassRules, step: Steps) -> 
     for cascade in recipe.cascades:
         with step(f"{recipe.label}: cascade {cascade.name}", len(train)) as tell:
             cascades.append(train_proposer(recipe, cascade, train, run.out, run.jobs, run.extras, tell))
-    with step(f"{recipe.label}: second stage", len(train)) as tell:
+    with step(f"{recipe.label}: second stage", scans_looked_at(len(train))) as tell:
         stage = train_second_stage(recipe, cascades, train, run.jobs, tell)
     tune = run.scans(recipe, "tune", step)
     second = _write(stage, run.out / f"{recipe.label}.npz")

@@ -55,7 +55,7 @@ def with_chances(
     Parameters
     ----------
     stage : SecondStage
-        As its file among the models holds it: slope 1, and nothing for passed checks.
+        As its file among the models holds it: slope 1, no shift, and nothing for passed checks.
     models : list of Path
         Cascades and second stage.
     recipe : Recipe
@@ -75,7 +75,7 @@ def with_chances(
     if not hits.any() or hits.all():
         return stage
     slope, shift, odds = chances(margins, passed, hits)
-    return replace(stage, slope=slope, bias=stage.bias + shift / slope, passed=odds)
+    return replace(stage, slope=slope, shift=shift, passed=odds)
 
 
 def chances(

@@ -1,0 +1,235 @@
+"""What the looks of a second stage are trained on: boxes in simulated scans, as each look gets them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from laserimg.boxes import Boxes, as_boxes, iou
+from laserimg.cascade.folder import one_cv2_thread
+from laserimg.detectors.description import Describer
+from laserimg.detectors.look import Look
+from laserimg.detectors.ranked import proposer
+from laserimg.detectors.search import WindowDetector
+from laserimg.detectors.second_stage import MOST
+from laserimg.detectors.shipped import load_model
+from laserimg.evidence import Evidence
+from laserimg.recipes.observation import killed, observed
+from laserimg.recipes.recipe import Recipe
+from laserimg.recipes.scans import TrainingScan
+from laserimg.recipes.shadows import in_shadow
+from laserimg.workers import unordered
+
+# A box is of an object from here on, of none below; between the two it teaches nothing.
+OF_OBJECT, OF_NONE = 0.55, 0.35
+# The correction of boxes is learnt from those that overlap an object by as much.
+CORRECTED = 0.35
+# Every object is also learnt in so many places and sizes beside its own.
+COPIES = 6
+MAX_SHIFT, MAX_GROWTH = 0.25, 0.35
+# Boxes of no object that the first look learns of a scan; the looks after it learn all that it passes on.
+OF_SCAN = 60
+# A box that overlaps an object nobody asks for by as much is neither learnt nor background.
+_UNCLEAR = 0.3
+
+_NO_BOXES = np.empty((0, 4))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Samples:
+    """Boxes in some scans as a look gets them, as vectors, and what is true of them.
+
+    Parameters
+    ----------
+    vectors : (n, d) array of float16
+    margins : (n, k) array of float32
+        What the looks before said.
+    overlap : (n,) array of float32
+        Of each box with the object it overlaps most.
+    moves : (n, 4) array of float32
+        How that object's middle and size differ (see `Look`).
+    """
+
+    vectors: NDArray[np.float16]
+    margins: NDArray[np.float32]
+    overlap: NDArray[np.float32]
+    moves: NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Proposed:
+    """A simulated scan and what is proposed in it.
+
+    Parameters
+    ----------
+    number : int
+    scan : TrainingScan
+    boxes : (n, 4) array
+    """
+
+    number: int
+    scan: TrainingScan
+    boxes: Boxes
+
+
+def proposed_in(
+    recipe: Recipe,
+    cascades: list[Path],
+    scans: list[TrainingScan],
+    jobs: int,
+    tell: Callable[[], None] = lambda: None,
+) -> list[Proposed]:
+    """Return what the cascades of a recipe, and the regions, propose in some scans."""
+    found: dict[int, Proposed] = {}
+    work = partial(_proposed, tuple(cascades), recipe.regions)
+    for one in unordered(work, list(enumerate(scans)), jobs, _died):
+        found[one.number] = one
+        tell()
+    return [found[number] for number in range(len(scans))]
+
+
+def samples_of_look(
+    recipe: Recipe,
+    looks: tuple[Look, ...],
+    proposed: list[Proposed],
+    jobs: int,
+    tell: Callable[[], None] = lambda: None,
+) -> Samples:
+    """Return what the look after some looks is trained on.
+
+    Parameters
+    ----------
+    recipe : Recipe
+    looks : tuple of Look
+        Those before; none for the first one.
+    proposed : list of Proposed
+    jobs : int
+    tell : function
+        Called after each scan.
+    """
+    found: dict[int, Samples] = {}
+    work = partial(_samples, recipe, looks)
+    for number, samples in unordered(work, proposed, jobs, lambda one: _died((one.number, one.scan))):
+        found[number] = samples
+        tell()
+    return joined([found[number] for number in range(len(proposed))])
+
+
+def joined(parts: list[Samples]) -> Samples:
+    """Return all samples together."""
+    return Samples(
+        np.concatenate([one.vectors for one in parts]),
+        np.concatenate([one.margins for one in parts]),
+        np.concatenate([one.overlap for one in parts]),
+        np.concatenate([one.moves for one in parts]),
+    )
+
+
+def proposed_boxes(evidence: Evidence, cascades: tuple[Path, ...], regions: bool) -> Boxes:
+    """Return what the cascades of a class, and the regions, propose in a scan."""
+    boxes = [one.box for detector in _detectors(cascades) for one in detector(evidence)]
+    if regions:
+        boxes += [region.box for region in evidence.regions]
+    return as_boxes(boxes or _NO_BOXES)
+
+
+@lru_cache(maxsize=4)
+def _detectors(cascades: tuple[Path, ...]) -> tuple[WindowDetector, ...]:
+    return tuple(proposer(load_model(path)) for path in cascades)  # type: ignore[arg-type]
+
+
+def _proposed(cascades: tuple[Path, ...], regions: bool, item: tuple[int, TrainingScan]) -> Proposed:
+    number, scan = item
+    with one_cv2_thread():
+        return Proposed(number, scan, proposed_boxes(observed(scan.path), cascades, regions))
+
+
+def _samples(recipe: Recipe, looks: tuple[Look, ...], one: Proposed) -> tuple[int, Samples]:
+    learnt, kept_out = one.scan.objects(recipe)
+    rng = np.random.default_rng([recipe.seed, one.number, 1 + len(looks)])
+    with one_cv2_thread():
+        evidence = observed(one.scan.path)
+        boxes = _Boxes(one.boxes, _copies(learnt, rng), learnt, kept_out)
+        parts = [_taught(evidence, boxes, looks, rng)]
+        for box in learnt:
+            if rng.uniform() < recipe.shadows:
+                shaded, left = in_shadow(evidence, box, rng)
+                boxes = _Boxes(_NO_BOXES, _copies(left, rng), left, learnt)
+                parts.append(_taught(shaded, boxes, looks, rng))
+    return one.number, joined(parts)
+
+
+def _died(item: tuple[int, TrainingScan]) -> NoReturn:
+    raise killed(item[1])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Boxes:
+    """Proposals, copies of objects, the objects, and those that are neither learnt nor background."""
+
+    proposed: Boxes
+    copies: Boxes
+    learnt: Boxes
+    kept_out: Boxes
+
+
+def _taught(evidence: Evidence, boxes: _Boxes, looks: tuple[Look, ...], rng: np.random.Generator) -> Samples:
+    """What is learnt of one scan, with its boxes where the looks before have put them."""
+    describe = Describer.of(evidence)
+    seen, margins = _after(looks, boxes, describe)
+    width = evidence.scan.shape[1] if evidence.scan.wraps else None
+    overlap, nearest = _overlap(seen, boxes.learnt, width)
+    clear = (_overlap(seen, boxes.kept_out, width)[0] < _UNCLEAR) | (overlap >= OF_OBJECT)
+    none = np.flatnonzero((overlap < OF_NONE) & clear)
+    if not looks:
+        none = rng.permutation(none)[:OF_SCAN]
+    chosen = np.sort(np.concatenate([none, np.flatnonzero(overlap >= CORRECTED)]))
+    objects = boxes.learnt[nearest[chosen]] if len(boxes.learnt) else seen[chosen]
+    return Samples(
+        describe(seen[chosen]).astype(np.float16),
+        margins[chosen].astype(np.float32),
+        overlap[chosen].astype(np.float32),
+        _moves(seen[chosen], objects, width).astype(np.float32),
+    )
+
+
+def _after(looks: tuple[Look, ...], boxes: _Boxes, describe: Describer) -> tuple[Boxes, NDArray[np.float64]]:
+    """The boxes after some looks, and what these said: the best of what is proposed, and all copies."""
+    seen = np.concatenate([boxes.proposed, boxes.copies])
+    margins = np.empty((len(seen), 0))
+    for look in looks:
+        vectors = describe(seen)
+        margin = look.margins(vectors)
+        if margins.shape[1] == 0:
+            best = np.argsort(-margin[: len(boxes.proposed)], kind="stable")[:MOST]
+            kept = np.concatenate([np.sort(best), np.arange(len(boxes.proposed), len(seen))])
+            seen, vectors, margin, margins = seen[kept], vectors[kept], margin[kept], margins[kept]
+        seen = look.corrected(seen, vectors)
+        margins = np.concatenate([margins, margin[:, None]], axis=1)
+    return seen, margins
+
+
+def _copies(boxes: Boxes, rng: np.random.Generator) -> Boxes:
+    """The boxes and, of each, some moved and resized."""
+    copies = np.repeat(boxes, COPIES, axis=0)
+    middle = copies[:, :2] + copies[:, 2:] * (0.5 + rng.uniform(-MAX_SHIFT, MAX_SHIFT, (len(copies), 2)))
+    size = copies[:, 2:] * np.exp(rng.uniform(-MAX_GROWTH, MAX_GROWTH, (len(copies), 2)))
+    return np.concatenate([boxes, np.concatenate([middle - size / 2, size], axis=1)])
+
+
+def _overlap(boxes: Boxes, objects: Boxes, width: int | None) -> tuple[NDArray, NDArray]:
+    if len(objects) == 0 or len(boxes) == 0:
+        return np.zeros(len(boxes)), np.zeros(len(boxes), np.intp)
+    overlap = iou(boxes, objects, width)
+    return overlap.max(axis=1), overlap.argmax(axis=1)
+
+
+def _moves(boxes: Boxes, objects: Boxes, width: int | None) -> NDArray[np.float64]:
+    across = objects[:, :2] + objects[:, 2:] / 2 - boxes[:, :2] - boxes[:, 2:] / 2
+    if width is not None:
+        across[:, 0] -= np.rint(across[:, 0] / width) * width
+    return np.concatenate([across / boxes[:, 2:], np.log(objects[:, 2:] / boxes[:, 2:])], axis=1)

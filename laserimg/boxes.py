@@ -40,11 +40,14 @@ def intersection(a: ArrayLike, b: ArrayLike, wrap_width: int | None = None) -> N
     -------
     (n, m) array
     """
-    first, second = as_boxes(a)[:, None], as_boxes(b)[None, :]
-    shifts = (0.0,) if wrap_width is None else (-float(wrap_width), 0.0, float(wrap_width))
-    width = sum(
-        _overlap(first[..., 0] + shift, first[..., 2], second[..., 0], second[..., 2]) for shift in shifts
-    )
+    return _intersection(as_boxes(a), as_boxes(b), wrap_width)
+
+
+def _intersection(a: Boxes, b: Boxes, wrap_width: int | None) -> NDArray[np.float64]:
+    shifts = np.array((0.0,) if wrap_width is None else (-float(wrap_width), 0.0, float(wrap_width)))
+    first, second = a[:, None], b[None, :]
+    starts = first[..., 0] + shifts[:, None, None]
+    width = _overlap(starts, first[..., 2], second[..., 0], second[..., 2]).sum(axis=0)
     return width * _overlap(first[..., 1], first[..., 3], second[..., 1], second[..., 3])
 
 
@@ -57,8 +60,8 @@ def iou(a: ArrayLike, b: ArrayLike, wrap_width: int | None = None) -> NDArray[np
     [[1.0]]
     """
     first, second = as_boxes(a), as_boxes(b)
-    common = intersection(first, second, wrap_width)
-    areas = np.prod(first[:, 2:], axis=1)[:, None] + np.prod(second[:, 2:], axis=1)[None, :]
+    common = _intersection(first, second, wrap_width)
+    areas = (first[:, 2] * first[:, 3])[:, None] + second[:, 2] * second[:, 3]
     return common / (areas - common)
 
 

@@ -48,7 +48,7 @@ def matching_region(evidence: Evidence, box: Box, region_inside: float, region_f
     """
     scan = evidence.scan
     window = Window.of(box, scan.shape, scan.wraps)
-    returns = window.cut(scan.valid)
+    returns = scan.counts(window.cut(scan.range))
     partitions, best = [], _Best(region_inside, region_fills)
     for regions in _partitions(evidence, box, window):
         partitions.append(regions)
@@ -78,7 +78,7 @@ def region_of_box(evidence: Evidence, box: Box, region_inside: float, region_fil
     region = matching_region(evidence, box, region_inside, region_fills)
     scan = evidence.scan
     window = Window.of(box, scan.shape, scan.wraps)
-    returns = window.cut(scan.valid)
+    returns = scan.counts(window.cut(scan.range))
     if region is not None:
         inside, fills = shares(region, window, scan.shape, returns)
         if inside > region_inside and fills > region_fills:

@@ -168,7 +168,7 @@ class Pipeline:
         scan = evidence.scan
         window = Window.of(candidate.box, scan.shape, scan.wraps)
         size = metric_box(scan, region, evidence.floor)
-        inside, fills = shares(region, window, scan.shape, window.cut(scan.valid))
+        inside, fills = shares(region, window, scan.shape, scan.counts(window.cut(scan.range)))
         checks = (*continuity(inside, fills, rules), *size_rules(size, rules))
         return _finding(candidate, region, size, checks, rules)
 

@@ -195,7 +195,11 @@ class Scan:
     @property
     def valid(self) -> BoolArray:
         """(H, W) mask of the returns between `min_range` and `max_range`."""
-        return (self.range > 0) & (self.range >= self.min_range) & (self.range <= self.max_range)
+        return self.counts(self.range)
+
+    def counts(self, range_m: Float32Array) -> BoolArray:
+        """Return which ranges are returns between `min_range` and `max_range`; `valid` for a part of them."""
+        return (range_m > 0) & (range_m >= self.min_range) & (range_m <= self.max_range)
 
     @property
     def up(self) -> NDArray[np.float64]:

@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 
 from analytic import boxes_and_floor, ray_grid
 from laserimg.boxes import inside_grid
+from laserimg.descriptors.honv import honv
 from laserimg.detectors.crops import resampled
-from laserimg.detectors.description import IMAGES, Describer
+from laserimg.detectors.description import IMAGES, LAYOUT, Describer
+from laserimg.detectors.lookup import cell_means, honv_of_colours
 from laserimg.detectors.pyramid import Pyramid
 from laserimg.detectors.ranked import RankedDetector
 from laserimg.detectors.second_stage import (
@@ -77,6 +79,20 @@ def test_crops_of_large_boxes_are_means_of_their_pixels(power, x, y):
     part = image[corner[1] : corner[1] + side * times, corner[0] : corner[0] + side * times]
     means = part.reshape(side, times, side, times).mean(axis=(1, 3))
     assert np.abs(crop - means).max() <= 2 + power
+
+
+def test_what_is_looked_up_of_normals_is_what_is_calculated():
+    rng = np.random.default_rng(3)
+    colours = rng.integers(0, 256, (9, 32, 32, 3)).astype(np.uint8)
+    colours[rng.uniform(size=colours.shape[:3]) < 0.1] = 0
+    colours[7, ..., 2] = 255 - colours[7, ..., 1]  # phi between two bins
+    towards, right, up = np.moveaxis(colours.astype(np.float32) / np.float32(127.5) - 1, -1, 0)
+    normals = np.stack([right, -up, -np.maximum(towards, np.float32(1e-3))], axis=-1)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    normals[~colours.any(axis=-1)] = 0
+    assert np.array_equal(honv_of_colours(colours, LAYOUT), honv(normals, LAYOUT))
+    means = colours.reshape(9, 8, 4, 8, 4, 3).mean(axis=(2, 4)).reshape(9, -1) / 255
+    np.testing.assert_allclose(cell_means(colours, 8), means, atol=1e-6)
 
 
 def test_a_description_does_not_depend_on_the_other_boxes_nor_on_where_the_seam_is():

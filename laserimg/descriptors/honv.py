@@ -1,6 +1,7 @@
 """HONV: histograms of oriented normal vectors of range images."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from laserimg.descriptors.cells import CHUNK, cell_histograms, normalised_blocks
 from laserimg.descriptors.layout import Layout
@@ -51,12 +52,16 @@ def honv_cells(normals: Float32Array, layout: Layout) -> Float32Array:
 
 
 def _cells(normals: Float32Array, layout: Layout) -> Float32Array:
+    bins = normal_bins(normals, layout)
+    return cell_histograms(bins, normals[..., 2] < 0, None, layout.n_theta * layout.n_phi, layout.cells)
+
+
+def normal_bins(normals: Float32Array, layout: Layout) -> NDArray[np.int32]:
+    """Return the bin of every normal, n_phi times that of theta and that of phi."""
     x, y, z = (np.ascontiguousarray(normals[..., axis]) for axis in range(3))
-    known = z < 0
     theta = np.arctan2(np.sqrt(x * x + y * y), -z)
     row = np.minimum((theta * np.float32(layout.n_theta * 2 / np.pi)).astype(np.int32), layout.n_theta - 1)
     turn = np.float32(np.radians(layout.phi_range_deg))
     phi = np.arctan2(y, x) / turn
     column = np.minimum(((phi - np.floor(phi)) * layout.n_phi).astype(np.int32), layout.n_phi - 1)
-    bins = row * np.int32(layout.n_phi) + column
-    return cell_histograms(bins, known, None, layout.n_theta * layout.n_phi, layout.cells)
+    return row * np.int32(layout.n_phi) + column

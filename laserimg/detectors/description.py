@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from laserimg.boxes import Boxes
 from laserimg.descriptors.hog import hog
-from laserimg.descriptors.honv import honv
 from laserimg.descriptors.layout import Layout
 from laserimg.detectors.crops import resampled
+from laserimg.detectors.lookup import cell_means, honv_of_colours
 from laserimg.detectors.pyramid import Pyramid
 from laserimg.evidence import Evidence
 from laserimg.scan import Float32Array
@@ -24,6 +24,8 @@ CELLS = 8
 # The range of a window is this quantile of the returns in it: a chair's middle looks through to the wall.
 NEAR = 0.3
 _SAMPLES = 12
+# So many windows stay in the processor's cache.
+_AT_ONCE = 64
 # Places of the soft bins: logarithms of width, height and range in metres; height of the foot over the floor.
 _BINS = (
     np.linspace(np.log(0.08), np.log(8.0), 12),
@@ -81,16 +83,9 @@ class Describer:
         grow = np.array([-SURROUNDINGS, -SURROUNDINGS, 1 + 2 * SURROUNDINGS, 1 + 2 * SURROUNDINGS])
         windows = np.concatenate([boxes[:, :2] + grow[:2] * boxes[:, 2:], boxes[:, 2:] * grow[2:]], axis=1)
         pixels = resampled(self.pyramid, windows, SIDE)
-        colours, depth = pixels[..., :3], pixels[..., 3]
-        parts = {
-            "honv": honv(_normals(colours), LAYOUT),
-            "hog": hog(depth.astype(np.float32) / np.float32(255), None, LAYOUT),
-            "depth": _cell_means(depth) - 0.5,
-            "known": _cell_means((depth > 0).astype(np.uint8) * np.uint8(255)) - 0.5,
-            "normals": _cell_means(colours) - 0.5,
-            "size": _sizes(self.evidence, self.ranges, boxes),
-        }
-        return np.concatenate([part * np.float32(_WEIGHTS[name]) for name, part in parts.items()], axis=1)
+        parts = [_seen(pixels[first : first + _AT_ONCE]) for first in range(0, max(len(boxes), 1), _AT_ONCE)]
+        sizes = _sizes(self.evidence, self.ranges, boxes) * np.float32(_WEIGHTS["size"])
+        return np.concatenate([np.concatenate(parts), sizes], axis=1)
 
 
 def plain_part(vectors: NDArray[np.floating]) -> NDArray[np.floating]:
@@ -98,20 +93,18 @@ def plain_part(vectors: NDArray[np.floating]) -> NDArray[np.floating]:
     return vectors[:, LAYOUT.honv_length + LAYOUT.hog_length :]
 
 
-def _normals(colours: NDArray[np.uint8]) -> Float32Array:
-    """Unit normals, x right, y down, z away, from images of towards, right, up; 0 for none."""
-    towards, right, up = (colours[..., i].astype(np.float32) / np.float32(127.5) - 1 for i in range(3))
-    normals = np.stack([right, -up, -np.maximum(towards, np.float32(1e-3))], axis=-1)
-    normals /= np.sqrt(np.einsum("...c,...c->...", normals, normals))[..., None]
-    normals[~colours.any(axis=-1)] = 0
-    return normals
-
-
-def _cell_means(pixels: NDArray[np.uint8]) -> Float32Array:
-    """(n, cells * cells * c) means of cells, 0 to 1."""
-    number, each, planes = len(pixels), SIDE // CELLS, 1 if pixels.ndim == 3 else pixels.shape[3]
-    cells = pixels.reshape(number, CELLS, each, CELLS, each, planes).astype(np.float32)
-    return cells.mean(axis=(2, 4)).reshape(number, CELLS * CELLS * planes) / np.float32(255)
+def _seen(pixels: NDArray[np.uint8]) -> Float32Array:
+    """(n, d) all but the sizes, of windows of normals and depth."""
+    colours, depth = pixels[..., :3], pixels[..., 3]
+    known = (depth > 0).astype(np.uint8) * np.uint8(255)
+    parts = {
+        "honv": honv_of_colours(colours, LAYOUT),
+        "hog": hog(depth.astype(np.float32) / np.float32(255), None, LAYOUT),
+        "depth": cell_means(depth, CELLS) - 0.5,
+        "known": cell_means(known, CELLS) - 0.5,
+        "normals": cell_means(colours, CELLS) - 0.5,
+    }
+    return np.concatenate([part * np.float32(_WEIGHTS[name]) for name, part in parts.items()], axis=1)
 
 
 def _sizes(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> Float32Array:

@@ -1,7 +1,7 @@
 """What the looks of a second stage are trained on: boxes in simulated scans, as each look gets them."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import NoReturn
@@ -98,8 +98,8 @@ def samples_of_look(
     proposed: list[Proposed],
     jobs: int,
     tell: Callable[[], None] = lambda: None,
-) -> Samples:
-    """Return what the look after some looks is trained on.
+) -> tuple[Samples, list[Proposed]]:
+    """Return what the look after some looks is trained on, and the proposals that got as far.
 
     Parameters
     ----------
@@ -111,15 +111,16 @@ def samples_of_look(
     tell : function
         Called after each scan.
     """
-    found: dict[int, Samples] = {}
+    found: dict[int, tuple[Samples, Proposed]] = {}
     work = partial(_samples, recipe, looks)
-    for number, samples in unordered(work, proposed, jobs, lambda one: _died((one.number, one.scan))):
-        found[number] = samples
+    for samples, left in unordered(work, proposed, jobs, lambda one: _died((one.number, one.scan))):
+        found[left.number] = samples, left
         tell()
-    return joined([found[number] for number in range(len(proposed))])
+    samples, left = zip(*(found[number] for number in range(len(proposed))), strict=True)
+    return joined(samples), list(left)
 
 
-def joined(parts: list[Samples]) -> Samples:
+def joined(parts: Sequence[Samples]) -> Samples:
     """Return all samples together."""
     return Samples(
         np.concatenate([one.vectors for one in parts]),
@@ -148,69 +149,65 @@ def _proposed(cascades: tuple[Path, ...], regions: bool, item: tuple[int, Traini
         return Proposed(number, scan, proposed_boxes(observed(scan.path), cascades, regions))
 
 
-def _samples(recipe: Recipe, looks: tuple[Look, ...], one: Proposed) -> tuple[int, Samples]:
+def _samples(recipe: Recipe, looks: tuple[Look, ...], one: Proposed) -> tuple[Samples, Proposed]:
     learnt, kept_out = one.scan.objects(recipe)
     rng = np.random.default_rng([recipe.seed, one.number, 1 + len(looks)])
     with one_cv2_thread():
         evidence = observed(one.scan.path)
-        boxes = _Boxes(one.boxes, _copies(learnt, rng), learnt, kept_out)
-        parts = [_taught(evidence, boxes, looks, rng)]
+        describe = Describer.of(evidence)
+        left = _most_promising(looks[0], one.boxes, describe) if looks else one.boxes
+        boxes = np.concatenate([left, _copies(learnt, rng)])
+        parts = [_taught(describe, boxes, learnt, kept_out, looks, rng)]
         for box in learnt:
             if rng.uniform() < recipe.shadows:
-                shaded, left = in_shadow(evidence, box, rng)
-                boxes = _Boxes(_NO_BOXES, _copies(left, rng), left, learnt)
-                parts.append(_taught(shaded, boxes, looks, rng))
-    return one.number, joined(parts)
+                shaded, rest = in_shadow(evidence, box, rng)
+                parts.append(_taught(Describer.of(shaded), _copies(rest, rng), rest, learnt, looks, rng))
+    return joined(parts), replace(one, boxes=left)
+
+
+def _most_promising(look: Look, boxes: Boxes, describe: Describer) -> Boxes:
+    """As many of the boxes as a second stage looks at again, in their order."""
+    if len(boxes) <= MOST:
+        return boxes
+    return boxes[np.sort(np.argsort(-look.margins(describe(boxes)), kind="stable")[:MOST])]
 
 
 def _died(item: tuple[int, TrainingScan]) -> NoReturn:
     raise killed(item[1])
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Boxes:
-    """Proposals, copies of objects, the objects, and those that are neither learnt nor background."""
+def _taught(
+    describe: Describer,
+    boxes: Boxes,
+    learnt: Boxes,
+    kept_out: Boxes,
+    looks: tuple[Look, ...],
+    rng: np.random.Generator,
+) -> Samples:
+    """What is learnt of one scan from boxes as the looks before put them.
 
-    proposed: Boxes
-    copies: Boxes
-    learnt: Boxes
-    kept_out: Boxes
-
-
-def _taught(evidence: Evidence, boxes: _Boxes, looks: tuple[Look, ...], rng: np.random.Generator) -> Samples:
-    """What is learnt of one scan, with its boxes where the looks before have put them."""
-    describe = Describer.of(evidence)
-    seen, margins = _after(looks, boxes, describe)
-    width = evidence.scan.shape[1] if evidence.scan.wraps else None
-    overlap, nearest = _overlap(seen, boxes.learnt, width)
-    clear = (_overlap(seen, boxes.kept_out, width)[0] < _UNCLEAR) | (overlap >= OF_OBJECT)
+    A box that overlaps what is kept out teaches nothing, unless it is of an object that is learnt.
+    """
+    margins = np.empty((len(boxes), len(looks)), np.float32)
+    for number, look in enumerate(looks):
+        vectors = describe(boxes)
+        margins[:, number] = look.margins(vectors)
+        boxes = look.corrected(boxes, vectors)
+    scan = describe.evidence.scan
+    width = scan.shape[1] if scan.wraps else None
+    overlap, nearest = _overlap(boxes, learnt, width)
+    clear = (_overlap(boxes, kept_out, width)[0] < _UNCLEAR) | (overlap >= OF_OBJECT)
     none = np.flatnonzero((overlap < OF_NONE) & clear)
     if not looks:
         none = rng.permutation(none)[:OF_SCAN]
     chosen = np.sort(np.concatenate([none, np.flatnonzero(overlap >= CORRECTED)]))
-    objects = boxes.learnt[nearest[chosen]] if len(boxes.learnt) else seen[chosen]
+    objects = learnt[nearest[chosen]] if len(learnt) else boxes[chosen]
     return Samples(
-        describe(seen[chosen]).astype(np.float16),
-        margins[chosen].astype(np.float32),
+        describe(boxes[chosen]).astype(np.float16),
+        margins[chosen],
         overlap[chosen].astype(np.float32),
-        _moves(seen[chosen], objects, width).astype(np.float32),
+        _moves(boxes[chosen], objects, width).astype(np.float32),
     )
-
-
-def _after(looks: tuple[Look, ...], boxes: _Boxes, describe: Describer) -> tuple[Boxes, NDArray[np.float64]]:
-    """The boxes after some looks, and what these said: the best of what is proposed, and all copies."""
-    seen = np.concatenate([boxes.proposed, boxes.copies])
-    margins = np.empty((len(seen), 0))
-    for look in looks:
-        vectors = describe(seen)
-        margin = look.margins(vectors)
-        if margins.shape[1] == 0:
-            best = np.argsort(-margin[: len(boxes.proposed)], kind="stable")[:MOST]
-            kept = np.concatenate([np.sort(best), np.arange(len(boxes.proposed), len(seen))])
-            seen, vectors, margin, margins = seen[kept], vectors[kept], margin[kept], margins[kept]
-        seen = look.corrected(seen, vectors)
-        margins = np.concatenate([margins, margin[:, None]], axis=1)
-    return seen, margins
 
 
 def _copies(boxes: Boxes, rng: np.random.Generator) -> Boxes:

@@ -67,14 +67,12 @@ def train_second_stage(
     done = count(1)
     proposed = proposed_in(recipe, cascades, scans, jobs, lambda: tell(next(done)))
 
-    def samples_after(looks: tuple[Look, ...]) -> Samples:
-        return samples_of_look(recipe, looks, proposed, jobs, lambda: tell(next(done)))
-
-    samples = samples_after(())
-    looks = (trained_look(samples, recipe),)
-    while len(looks) < LOOKS:
-        samples = samples_after(looks)
+    looks: tuple[Look, ...] = ()
+    while True:
+        samples, proposed = samples_of_look(recipe, looks, proposed, jobs, lambda: tell(next(done)))
         looks = (*looks, trained_look(samples, recipe))
+        if len(looks) == LOOKS:
+            break
     judge = trained_judge(samples, looks[-1])
     return SecondStage(recipe.label, card_of(recipe, None, len(scans)), looks, judge, regions=recipe.regions)
 

@@ -11,17 +11,21 @@ from hypothesis import strategies as st
 from analytic import boxes_and_floor, ray_grid
 from laserimg.boxes import inside_grid
 from laserimg.descriptors.honv import honv
+from laserimg.detectors.boosted_trees import BoostedTrees
 from laserimg.detectors.crops import resampled
 from laserimg.detectors.description import IMAGES, LAYOUT, Describer
+from laserimg.detectors.look import Look
 from laserimg.detectors.lookup import cell_means, honv_of_colours
 from laserimg.detectors.pyramid import Pyramid
 from laserimg.detectors.ranked import RankedDetector
 from laserimg.detectors.second_stage import (
+    MOST,
     SAME_IOU,
     SecondStage,
     distinct,
     load_second_stage,
     save_second_stage,
+    seen,
 )
 from laserimg.detectors.shipped import load_model
 from laserimg.errors import ModelError
@@ -29,6 +33,7 @@ from laserimg.evidence import Evidence
 from laserimg.formats.card import Card, card_path, file_sha256, write_card
 from laserimg.images import make_images
 from laserimg.pipeline import Pipeline
+from laserimg.recipes.boosting import fit_trees
 from laserimg.rules.file import parse_rules
 from laserimg.sources import detectors_for
 
@@ -42,15 +47,25 @@ def evidence_of(scan) -> Evidence:
     return replace(seen, images=make_images(scan, IMAGES))
 
 
-def stage(length, **known) -> SecondStage:
+def look(length, **known) -> Look:
     plain = {
         "weights": np.zeros(length, np.float32),
         "bias": 0.0,
-        "slope": 1.0,
         "moves": np.zeros((4, length), np.float32),
         "still": np.zeros(4, np.float32),
     }
-    return SecondStage("bin", CARD, **(plain | known))
+    return Look(**(plain | known))
+
+
+def sign_of_mean(looks) -> BoostedTrees:
+    """Trees that say 1 if the mean of the margins, the last number, is not below 0, else -1."""
+    numbers = seen(np.zeros((1, len(looks[0].weights)), np.float32), np.zeros((1, len(looks)))).shape[1]
+    thresholds = np.float32([[0, np.inf, np.inf]])
+    return BoostedTrees(np.int32([[numbers - 1, 0, 0]]), thresholds, np.float32([[-1, 0, 1, 0]]))
+
+
+def stage(*looks, **known) -> SecondStage:
+    return SecondStage("bin", CARD, looks, sign_of_mean(looks), **known)
 
 
 def test_a_crop_of_its_own_size_is_the_part_of_the_image():
@@ -96,11 +111,11 @@ def test_what_is_looked_up_of_normals_is_what_is_calculated():
 
 
 def test_a_description_does_not_depend_on_the_other_boxes_nor_on_where_the_seam_is():
-    seen = evidence_of(TWO_BOXES)
+    evidence = evidence_of(TWO_BOXES)
     boxes = np.array([[30.0, 20, 12, 20], [80, 30, 31, 17], [100, 3, 9, 9]])
-    alone = np.concatenate([Describer.of(seen)(box[None]) for box in boxes])
-    assert np.array_equal(Describer.of(seen)(boxes), alone)
-    assert Describer.of(seen)(np.empty((0, 4))).shape == (0, alone.shape[1])
+    alone = np.concatenate([Describer.of(evidence)(box[None]) for box in boxes])
+    assert np.array_equal(Describer.of(evidence)(boxes), alone)
+    assert Describer.of(evidence)(np.empty((0, 4))).shape == (0, alone.shape[1])
 
 
 def test_the_same_object_farther_away_has_nearly_the_same_description_but_for_its_range():
@@ -109,23 +124,94 @@ def test_the_same_object_farther_away_has_nearly_the_same_description_but_for_it
     )
     vectors = []
     for scan in (near, far):
-        seen = evidence_of(scan)
-        region = max(seen.regions, key=lambda one: len(one.pixels))
-        vectors.append(Describer.of(seen)(np.array([region.box]))[0])
+        evidence = evidence_of(scan)
+        region = max(evidence.regions, key=lambda one: len(one.pixels))
+        vectors.append(Describer.of(evidence)(np.array([region.box]))[0])
     other = Describer.of(evidence_of(near))(np.array([[3.0, 3, 20, 20]]))[0]
     assert np.linalg.norm(vectors[0] - vectors[1]) < 0.6 * np.linalg.norm(vectors[0] - other)
 
 
 def test_boxes_are_moved_and_resized_as_the_correction_says():
-    one = stage(3, still=np.float32([0.5, -0.25, np.log(2), 0]))
+    one = look(3, still=np.float32([0.5, -0.25, np.log(2), 0]))
     moved = one.corrected(np.array([[10.0, 20, 8, 4]]), np.zeros((1, 3), np.float32))
     assert moved[0] == pytest.approx([10 + 4 + 4 - 4 * np.exp(0.5), 19, 8 * np.exp(0.5), 4])
 
 
-def test_scores_are_half_on_the_plane_and_grow_with_the_margin():
-    one = stage(2, weights=np.float32([1, 0]), bias=-2.0, slope=3.0)
-    scores = one.scores(one.margins(np.float32([[2, 9], [3, 9], [-99, 0]])))
-    assert scores == pytest.approx([0.5, 1 / (1 + np.exp(-3)), 0], abs=1e-6)
+def test_scores_are_half_where_slope_and_shift_say_and_grow_with_the_sum():
+    one = stage(look(2), slope=3.0, shift=-6.0)
+    assert one.scores(np.array([2.0, 3, -99])) == pytest.approx([0.5, 1 / (1 + np.exp(-3)), 0], abs=1e-6)
+
+
+def test_each_look_sees_the_boxes_where_the_one_before_has_put_them():
+    """The slow obvious way: one box, look by look."""
+    evidence = evidence_of(TWO_BOXES)
+    describe, rng = Describer.of(evidence), np.random.default_rng(5)
+    boxes = np.array([[30.0, 20, 12, 20], [80, 30, 31, 17], [100, 3, 9, 9]])
+    length = describe(boxes).shape[1]
+    looks = tuple(
+        look(
+            length,
+            weights=rng.normal(0, 0.1, length).astype(np.float32),
+            moves=rng.normal(0, 0.02, (4, length)).astype(np.float32),
+        )
+        for _ in range(3)
+    )
+    places, moved, scores = stage(*looks).looked_at(describe, boxes, describe(boxes))
+    for place, box, score in zip(places, moved, scores, strict=True):
+        one, margins = boxes[place][None], []
+        for each in looks:
+            vector = describe(one)
+            margins.append(each.margins(vector)[0])
+            one = each.corrected(one, vector)
+        assert box == pytest.approx(one[0], abs=1e-3)
+        assert score == pytest.approx(1 / (1 + np.exp(-np.where(np.mean(margins) >= 0, 1, -1))))
+    assert sorted(places) == [0, 1, 2]
+
+
+def test_only_the_most_promising_boxes_are_looked_at_again():
+    evidence = evidence_of(TWO_BOXES)
+    describe = Describer.of(evidence)
+    boxes = np.array([[5.0, 5, 5 + i / 4, 20] for i in range(MOST + 9)])
+    vectors = describe(boxes)
+    weights = np.random.default_rng(6).normal(size=vectors.shape[1]).astype(np.float32)
+    places, _, _ = stage(look(len(weights), weights=weights)).looked_at(describe, boxes, vectors)
+    assert len(places) == MOST
+    margins = vectors @ weights
+    assert margins[places].min() >= np.delete(margins, places).max()
+
+
+@given(st.integers(0, 1000))
+def test_boosted_trees_answer_as_their_questions_asked_one_by_one(seed):
+    rng = np.random.default_rng(seed)
+    trees = BoostedTrees(
+        rng.integers(0, 4, (5, 3)).astype(np.int32),
+        rng.integers(-2, 3, (5, 3)).astype(np.float32),
+        rng.normal(size=(5, 4)).astype(np.float32),
+    )
+    vectors = rng.integers(-2, 3, (7, 4)).astype(np.float32)
+    for vector, found in zip(vectors, trees(vectors), strict=True):
+        total = 0.0
+        for feature, threshold, answer in zip(trees.features, trees.thresholds, trees.answers, strict=True):
+            right = int(vector[feature[0]] >= threshold[0])
+            total += answer[2 * right + int(vector[feature[1 + right]] >= threshold[1 + right])]
+        assert found == pytest.approx(total, abs=1e-5)
+
+
+def test_trees_learn_what_no_plane_can_and_the_same_again():
+    rng = np.random.default_rng(7)
+    vectors = rng.uniform(-1, 1, (3000, 5)).astype(np.float32)
+    positive = (vectors[:, 1] > 0) ^ (vectors[:, 3] > 0.2)
+    trees = fit_trees(vectors, positive, rounds=100)
+    others = rng.uniform(-1, 1, (1000, 5)).astype(np.float32)
+    right = (trees(others) > 0) == ((others[:, 1] > 0) ^ (others[:, 3] > 0.2))
+    assert right.mean() > 0.95
+    again = fit_trees(vectors, positive, rounds=100)
+    assert np.array_equal(again.answers, trees.answers) and np.array_equal(again.features, trees.features)
+
+
+def test_trees_stop_where_no_number_tells_samples_apart():
+    trees = fit_trees(np.ones((50, 2), np.float32), np.arange(50) < 20)
+    assert len(trees.features) == 0 and trees(np.ones((3, 2), np.float32)).tolist() == [0, 0, 0]
 
 
 @given(st.integers(0, 1000))
@@ -145,62 +231,90 @@ def test_of_overlapping_boxes_the_best_is_kept(seed):
 
 def test_a_file_gives_back_its_second_stage(tmp_path):
     rng = np.random.default_rng(0)
-    one = stage(
-        5, weights=np.float32([0.5, 1, -2, 0, 4]), bias=0.25, moves=np.float32(rng.integers(-3, 3, (4, 5)))
-    )
+    looks = [
+        look(
+            5,
+            weights=np.float32([0.5, i, -2, 0, 4]),
+            moves=np.float32(rng.integers(-3, 3, (4, 5))),
+            bias=i / 4,
+        )
+        for i in range(3)
+    ]
+    one = stage(*looks, slope=1.5, shift=-0.25, passed=0.75, regions=False)
     path = tmp_path / "bin.npz"
     path.write_bytes(save_second_stage(one))
     write_card(card_path(path), replace(CARD, sha256=file_sha256(path)))
     again = load_model(path)
     assert isinstance(again, SecondStage)
-    assert np.array_equal(again.weights, one.weights) and np.array_equal(again.moves, one.moves)
-    assert (again.bias, again.slope, again.name) == (0.25, 1.0, "bin")
+    for old, new in zip(looks, again.looks, strict=True):
+        assert np.array_equal(new.weights, old.weights) and np.array_equal(new.moves, old.moves)
+        assert new.bias == old.bias
+    assert np.array_equal(again.judge.features, one.judge.features)
+    assert np.array_equal(again.judge.thresholds, one.judge.thresholds)
+    assert (again.slope, again.shift, again.passed, again.regions, again.name) == (
+        1.5,
+        -0.25,
+        0.75,
+        False,
+        "bin",
+    )
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"weights": np.full(5, np.nan)}, "weights is missing or no finite array"),
-        ({"moves": np.zeros((4, 6))}, "do not fit each other"),
-        ({"layout": np.int32(99)}, "made for other vectors"),
+        ({"weights": np.full((2, 5), np.nan)}, "weights is missing or no finite array"),
+        ({"weights": np.zeros(5)}, "weights is missing or no finite array of 2 dimensions"),
+        ({"moves": np.zeros((2, 4, 6))}, "do not fit each other"),
+        ({"bias": np.zeros(1)}, "do not fit each other"),
+        ({"layout": np.int32(1)}, "made for other vectors"),
+        ({"features": np.full((1, 3), 3)}, "its trees ask for other numbers than the 3 there are"),
+        ({"features": np.full((1, 3), -1)}, "its trees ask for other numbers"),
+        ({"thresholds": np.zeros((2, 3))}, "trees have 3 questions and 4 answers"),
+        ({"thresholds": np.full((1, 3), np.nan)}, "thresholds is missing or no finite array"),
+        ({"still": np.full((2, 4), np.inf)}, "still is missing or no finite array"),
     ],
 )
 def test_a_wrong_file_is_a_model_error(tmp_path, change, message):
     arrays = {
-        "weights": np.zeros(5),
-        "bias": 0.0,
+        "weights": np.zeros((2, 5)),
+        "bias": np.zeros(2),
+        "moves": np.zeros((2, 4, 5)),
+        "still": np.zeros((2, 4)),
+        "features": np.zeros((1, 3), np.int32),
+        "thresholds": np.zeros((1, 3)),
+        "answers": np.zeros((1, 4)),
         "slope": 1.0,
-        "moves": np.zeros((4, 5)),
-        "still": np.zeros(4),
+        "shift": 0.0,
     }
     path = tmp_path / "bin.npz"
-    np.savez(path, **(arrays | {"layout": np.int32(1), "regions": 1, "passed": 0.5} | change))
+    np.savez(path, **(arrays | {"layout": np.int32(2), "regions": 1, "passed": 0.5} | change))
     with pytest.raises(ModelError, match=message):
         load_second_stage(path, CARD)
 
 
-def trained_on(seen, good):
+def trained_on(evidence, good):
     """A second stage that says yes to one region only."""
-    vectors = Describer.of(seen)(np.array([region.box for region in seen.regions]))
+    vectors = Describer.of(evidence)(np.array([region.box for region in evidence.regions]))
     weights = vectors[good] - np.delete(vectors, good, axis=0).mean(axis=0)
     middle = (vectors[good] + np.delete(vectors, good, axis=0).mean(axis=0)) / 2
-    return stage(len(weights), weights=weights, bias=-float(weights @ middle), slope=20.0)
+    return stage(look(len(weights), weights=weights, bias=-float(weights @ middle)), slope=20.0)
 
 
 def test_regions_that_the_second_stage_is_sure_of_are_candidates():
-    seen = evidence_of(TWO_BOXES)
-    assert len(seen.regions) == 2
+    evidence = evidence_of(TWO_BOXES)
+    assert len(evidence.regions) == 2
     for good in (0, 1):
-        detector = RankedDetector((trained_on(seen, good),))
-        best = max(detector(seen), key=lambda one: one.score)
-        assert best.region is seen.regions[good] and best.score > 0.9 and best.scored
+        detector = RankedDetector((trained_on(evidence, good),))
+        best = max(detector(evidence), key=lambda one: one.score)
+        assert best.region is evidence.regions[good] and best.score > 0.9 and best.scored
 
 
 def test_the_score_rule_rejects_what_the_second_stage_doubts():
-    seen = evidence_of(TWO_BOXES)
+    evidence = evidence_of(TWO_BOXES)
     rules = parse_rules('format = 1\n[bin]\nfrom = ["cascade", "regions"]\nscore = 0.5\n')
-    detectors = detectors_for(rules, [replace(trained_on(seen, 0), slope=1.0)])
-    findings = Pipeline(rules, detectors).judge(seen)
+    detectors = detectors_for(rules, [replace(trained_on(evidence, 0), slope=1.0)])
+    findings = Pipeline(rules, detectors).judge(evidence)
     doubted = [one for one in findings if one.score <= 0.5]
     assert len(findings) == 2 and len(doubted) == 1 and not doubted[0].accepted
     assert doubted[0].reason.startswith("score 0.") and "<= 0.50" in doubted[0].reason.replace("< 0", "<= 0")
@@ -208,8 +322,8 @@ def test_the_score_rule_rejects_what_the_second_stage_doubts():
 
 def test_without_the_second_stage_regions_are_proposed_as_they_are():
     rules = parse_rules('format = 1\n[bin]\nfrom = ["cascade", "regions"]\nscore = 0.99\n')
-    seen = evidence_of(TWO_BOXES)
-    findings = Pipeline(rules, detectors_for(rules, [])).judge(seen)
+    evidence = evidence_of(TWO_BOXES)
+    findings = Pipeline(rules, detectors_for(rules, [])).judge(evidence)
     assert len(findings) == 2 and all(one.accepted for one in findings)
 
 

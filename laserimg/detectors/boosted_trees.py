@@ -46,9 +46,7 @@ class BoostedTrees:
         trees = len(self.features)
         shapes = self.features.shape, self.thresholds.shape, self.answers.shape
         if shapes != ((trees, NODES), (trees, NODES), (trees, LEAVES)):
-            raise ValueError(
-                f"trees of {NODES} questions and {LEAVES} answers have other shapes than {shapes}"
-            )
+            raise ValueError(f"trees have {NODES} questions and {LEAVES} answers each, not {shapes}")
 
     def __call__(self, vectors: Float32Array) -> NDArray[np.float64]:
         """Return the sum of the answers (n,) to vectors (n, d)."""

@@ -159,8 +159,7 @@ def load_second_stage(path: Path, card: Card) -> SecondStage:
     if "layout" in arrays and arrays["layout"].ndim == 0 and arrays["layout"] != LAYOUT_NUMBER:
         raise ModelError(f"{path}: made for other vectors ({arrays['layout']}); train it anew")
     for name, dimensions in _SHAPES.items():
-        known = name in arrays and arrays[name].ndim == dimensions
-        if not known or not (np.isfinite(arrays[name]) | (name == "thresholds")).all():
+        if name not in arrays or arrays[name].ndim != dimensions or not _are_numbers(name, arrays[name]):
             raise ModelError(f"{path}: {name} is missing or no finite array of {dimensions} dimensions")
     return SecondStage(
         path.stem,
@@ -172,6 +171,11 @@ def load_second_stage(path: Path, card: Card) -> SecondStage:
         passed=float(arrays["passed"]),
         regions=bool(arrays["regions"]),
     )
+
+
+def _are_numbers(name: str, array: NDArray) -> bool:
+    # Where a tree has no question, its threshold is infinite.
+    return bool(np.isfinite(np.where(array == np.inf, 0, array) if name == "thresholds" else array).all())
 
 
 def _looks(path: Path, arrays: dict[str, NDArray]) -> tuple[Look, ...]:

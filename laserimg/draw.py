@@ -8,7 +8,6 @@ from laserimg.boxes import split_at_seam
 from laserimg.geometry.pitch import angular_pitch
 from laserimg.images import make_image
 from laserimg.pipeline import Finding, Result
-from laserimg.rules.checks import near_miss
 from laserimg.scan import Scan
 
 Picture = NDArray[np.uint8]
@@ -51,17 +50,17 @@ def backdrop(scan: Scan, kind: str = "normals") -> Picture:
 
 
 def overlay(result: Result, kind: str = "normals") -> Picture:
-    """Return the picture of a scan with its detections in green and rejected candidates in red.
+    """Return the picture of a scan with its detections in green and what was rejected by little in red.
 
     Every detection carries its class, score and size in metres; the best rejected ones their reason.
     """
     scan = result.evidence.scan
     picture = backdrop(scan, kind)
     scale = picture_scale(scan)
-    shown = [finding for finding in result.rejected if finding.candidate.source != "regions"]
-    for finding in shown or _near_misses(result.rejected):
+    near = [finding for finding in result.rejected if finding.is_near]
+    for finding in near:
         _draw_box(picture, finding, scan, scale, RED, 1)
-    for finding in (shown or _near_misses(result.rejected))[:MAX_REASONS]:
+    for finding in near[:MAX_REASONS]:
         _draw_text(picture, finding, scale, f"{finding.label}: {finding.reason}", RED)
     for finding in result.detections:
         _draw_box(picture, finding, scan, scale, GREEN, 3)
@@ -78,10 +77,6 @@ def caption(finding: Finding) -> str:
     if finding.size is not None:
         text += f"  {finding.size.width:.2f} x {finding.size.depth:.2f} x {finding.size.height:.2f} m"
     return text
-
-
-def _near_misses(rejected: list[Finding]) -> list[Finding]:
-    return [finding for finding in rejected if near_miss(finding.checks)][:MAX_REASONS]
 
 
 def _draw_box(

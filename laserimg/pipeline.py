@@ -19,6 +19,8 @@ from laserimg.rules.checks import (
     Check,
     continuity,
     demoted_score,
+    near_miss,
+    near_score,
     no_region,
     size_rules,
     sure_enough,
@@ -69,6 +71,18 @@ class Finding:
     def box(self) -> Box:
         """The candidate's own rectangle, in pixels of the scan's grid."""
         return self.candidate.box
+
+    @property
+    def is_near(self) -> bool:
+        """Whether it is worth a line although rejected.
+
+        Candidates with a small score, and regions of any size, are many: of what a detector scored it is
+        what has at least half the score that its class asks for, of bare regions what fails by size alone
+        and lies within twice the limits, and every other candidate.
+        """
+        if self.candidate.source == "regions" and not self.candidate.scored:
+            return near_miss(self.checks)
+        return near_score(self.checks)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,23 +8,16 @@ from laserimg.evidence import Box
 from laserimg.formats.coco import Annotation, Category, CheckRecord, CocoFile, CocoImage, Position, Size
 from laserimg.measure import MetricBox
 from laserimg.pipeline import Finding, Result
-from laserimg.rules.checks import near_miss
 from laserimg.settings import Rejected
 
 
 def written_findings(result: Result, rejected: Rejected) -> list[Finding]:
-    """Return the findings of a scan that are written, in the order proposed.
-
-    Rejected candidates made from regions are many: with "near" only those are kept that fail by
-    size alone and lie within twice the limits.
-    """
+    """Return the findings of a scan that are written, in the order proposed."""
     return [finding for finding in result.findings if finding.accepted or _is_written(finding, rejected)]
 
 
 def _is_written(finding: Finding, rejected: Rejected) -> bool:
-    if rejected == "near":
-        return finding.candidate.source != "regions" or near_miss(finding.checks)
-    return rejected == "all"
+    return finding.is_near if rejected == "near" else rejected == "all"
 
 
 def annotation(finding: Finding, category_id: int, box: Box) -> Annotation:

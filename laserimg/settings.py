@@ -46,7 +46,7 @@ class Settings:
     rotate : (float, float, float) or None
         Roll, pitch and yaw of the scanner in degrees, in place of the pose in the file.
     rejected : "all", "near" or "none"
-        Which rejected region candidates are written.
+        Which rejected candidates are written; "near" those that `Finding.is_near` says.
     overlays : bool
         Write a picture of every scan.
     split_seam : bool

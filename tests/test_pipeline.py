@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from laserimg.boxes import iou
 from laserimg.detectors.candidate import Candidate
 from laserimg.detectors.given import GivenCandidates
 from laserimg.detectors.regions import RegionDetector
+from laserimg.draw import overlay
 from laserimg.errors import ConfigError
 from laserimg.evidence import Window
 from laserimg.formats.coco import Annotation, Category, CocoFile, CocoImage
@@ -15,9 +17,10 @@ from laserimg.formats.coco_file import read_coco
 from laserimg.geometry.floor import find_floor
 from laserimg.matching import matching_region, shares
 from laserimg.measure import metric_box
-from laserimg.pipeline import Pipeline
+from laserimg.pipeline import Pipeline, Result
 from laserimg.projection import angles_from_directions
 from laserimg.readers import open_scans
+from laserimg.records import written_findings
 from laserimg.rules.checks import Check, continuity, demoted_score, near_miss, size_rules
 from laserimg.rules.file import load_rules, parse_rules
 from laserimg.rules.model import ClassRules, Interval, Rules
@@ -178,6 +181,50 @@ def test_near_misses_fail_by_size_alone_within_twice_the_limits():
     assert demoted_score(0.8, (check(1.0), check(1.0))) == pytest.approx(0.2)
 
 
+DOUBTED = ClassRules("bin", ("cascade",), score=0.3, on_fail="doubt")
+
+
+def scored_at(scores, source="cascade", rules=DOUBTED):
+    """A second stage's candidates side by side on bare floor, and one of 0.9 that is detected."""
+    sure = ("bin", from_regions(BIN)(TWO_BOXES).detections[0].box, 0.9, "regions", "bin", None, 0.0)
+    boxes = [(10.0 * place, 100.0, 8.0, 20.0) for place in range(len(scores))]
+    others = [("bin", box, s, source, "bin", None, 0.0) for box, s in zip(boxes, scores, strict=True)]
+    return Pipeline(Rules((rules,)), (Fixed(sure, *others),))(TWO_BOXES)
+
+
+@pytest.mark.parametrize("source", ["cascade", "regions"])
+@pytest.mark.parametrize(
+    "rejected, scores", [("all", [0.29, 0.15, 0.149, 0.01]), ("near", [0.29, 0.15]), ("none", [])]
+)
+def test_of_what_the_score_rejects_near_keeps_half_the_limit_and_more(rejected, scores, source):
+    result = scored_at([0.29, 0.15, 0.149, 0.01], source)
+    written = written_findings(result, rejected)
+    assert [(f.score, f.accepted) for f in written] == [(0.9, True), *((score, False) for score in scores)]
+    assert all(f.reason.startswith("score ") for f in written[1:])
+
+
+def test_half_the_limit_is_that_of_the_class():
+    result = scored_at([0.29, 0.24], rules=replace(DOUBTED, score=0.5))
+    assert [f.score for f in written_findings(result, "near") if not f.accepted] == [0.29]
+
+
+def test_the_picture_shows_of_rejected_candidates_what_near_keeps():
+    result = scored_at([0.29, 0.15, 0.149, 0.01])
+    near = Result(result.evidence, result.findings[:3])
+    assert (overlay(result) == overlay(near)).all()
+    assert (overlay(result) != overlay(Result(result.evidence, result.findings[:2]))).any()
+
+
+def test_bare_regions_are_near_by_size_beside_candidates_with_scores():
+    far = ClassRules("far", ("regions",), {"height": Interval(5.0, 6.0)})
+    fixed = Fixed(("cask", (100.0, 100.0, 8.0, 20.0), 0.2, "cascade", "cask", None, 0.0))
+    rules = Rules((BIN, far, replace(DOUBTED, label="cask")))
+    result = Pipeline(rules, (RegionDetector(("bin", "far")), fixed))(TWO_BOXES)
+    assert {f.label for f in result.rejected} == {"bin", "far", "cask"}
+    near = [f for f in written_findings(result, "near") if not f.accepted]
+    assert [f.reason[:9] for f in near] == ["height 0.", "score 0.2"]
+
+
 def claim(label, score, detector, first, last):
     from laserimg.regions import Region
 
@@ -246,8 +293,10 @@ def test_both_cars_are_found_from_boxes_and_from_regions(data, boxes):
 def test_the_office_from_regions_gives_the_wastebasket_alone(data):
     (scan,) = open_scans(data("office_room/room_scan1.pcd"))
     rules = load_rules()
-    (basket,) = Pipeline(rules, detectors_for(rules, []))(scan).detections
-    assert iou([basket.box], [[231, 129, 12, 12]])[0, 0] > 0.8
+    result = Pipeline(rules, detectors_for(rules, []))(scan)
+    assert [(f.label, f.box) for f in result.detections] == [("wastebasket", (231, 130, 12, 12))]
+    (drum,) = [f for f in result.rejected if (f.label, f.box) == ("wastebasket", (184, 102, 18, 26))]
+    assert drum.reason == "height 0.90 m > 0.60 m"
 
 
 def test_given_boxes_of_another_size_of_grid_are_refused():

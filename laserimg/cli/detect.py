@@ -33,7 +33,7 @@ def detect(
         tuple[float, float, float] | None, typer.Option(help="Roll, pitch, yaw of the scanner in degrees.")
     ] = None,
     rejected: Annotated[
-        str, typer.Option(help="Rejected region candidates to write: all, near or none.")
+        str, typer.Option(help="Rejected candidates to write: all, near (those close to the limits) or none.")
     ] = "near",
     overlays: Annotated[bool, typer.Option(help="Write a picture of every scan.")] = True,
     split_seam: Annotated[bool, typer.Option(help="Write boxes across the seam as two.")] = False,

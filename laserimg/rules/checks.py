@@ -94,6 +94,11 @@ def with_odds(score: float, log_odds: float) -> float:
     return score * factor / (1 - score + score * factor)
 
 
+def near_score(checks: tuple[Check, ...]) -> bool:
+    """Whether the score of a candidate, if it failed, is at least half its limit."""
+    return all(check.passed or _within_twice(check) for check in checks if check.name == "score")
+
+
 def near_miss(checks: tuple[Check, ...]) -> bool:
     """Whether a candidate fails by size alone and lies within twice the limits."""
     failed = [check for check in checks if not check.passed]

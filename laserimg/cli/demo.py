@@ -33,7 +33,8 @@ def demo(
         with atomic_write(out / scan.name) as temporary:
             shutil.copyfile(scan, temporary)
     results = out / "results"
-    # Two rooms of a few boxes are no scenes that detectors are trained for: rules alone tell what is what.
+    # The shipped detectors also find windows, poles, people and a chair here, but have false positives
+    # (docs/detectors.md). Rules alone have none, and give each rejected object a reason in metres.
     detect([out / scan.name for scan in scans], results, cascades="none", as_json=as_json, quiet=quiet)
     if quiet or as_json:
         return

@@ -168,8 +168,10 @@ def test_sustech_labels_that_are_wrong_are_named(content, tmp_path):
 
 def test_a_scan_without_labels_says_where_they_should_be(tmp_path):
     scan = tmp_path / "velodyne" / "000001.bin"
+    with pytest.raises(LabelError, match=r"000001\.bin: no such file"):
+        labels_beside(scan)
     scan.parent.mkdir()
-    scan.touch()
+    scan.write_bytes(bytes(16))
     with pytest.raises(LabelError, match=r"no labels beside it: needs .*label_2.* \(KITTI\)"):
         labels_beside(scan)
 

@@ -13,7 +13,9 @@ from hypothesis import strategies as st
 from analytic import boxes_and_floor, ray_grid
 from laserimg.cli import main
 from laserimg.cli.train_recipe import rules_of
-from laserimg.detectors.description import IMAGES
+from laserimg.detectors.description import IMAGES, Describer
+from laserimg.detectors.look import Look
+from laserimg.detectors.second_stage import MOST
 from laserimg.detectors.shipped import shipped_folder
 from laserimg.errors import ConfigError
 from laserimg.evidence import Evidence
@@ -27,6 +29,7 @@ from laserimg.recipes import observation, scans
 from laserimg.recipes.cards import card_of, is_described_by, write_card_beside
 from laserimg.recipes.cascade_samples import COPIES, samples_of
 from laserimg.recipes.from_mesh import rules_of_mesh
+from laserimg.recipes.look_samples import Proposed, samples_of_look
 from laserimg.recipes.recipe import read_recipe
 from laserimg.recipes.threshold import chances
 from laserimg.rules.file import load_rules, parse_rules
@@ -203,6 +206,9 @@ def test_evidence_is_kept_until_the_program_changes(tmp_path, monkeypatch):
     ]
     np.testing.assert_array_equal(again.images["normals_view.g"], first.images["normals_view"][..., 1])
     assert again.floor.height_below_m == pytest.approx(1.5, abs=0.01)
+    kept.write_bytes(kept.read_bytes()[:1000])
+    assert len(observation.observed(path).regions) == len(first.regions)
+    made = kept.stat().st_mtime_ns
     monkeypatch.setattr(observation, "sources_sha256", lambda folder: "another")
     observation.observed(path)
     assert kept.stat().st_mtime_ns > made
@@ -233,6 +239,60 @@ def test_objects_that_show_too_little_are_neither_learnt_nor_missed(tmp_path):
     write_coco(truth, CocoFile((CocoImage(1, "a.npz", 100, 50),), categories, tuple(boxes)))
     asked, ignored = scans.TrainingScan(tmp_path / "a.npz", truth).objects(recipe)
     assert (asked[:, 0].tolist(), ignored[:, 0].tolist()) == ([1, 4], [2, 3])
+
+
+def proposed_beside(box, folder):
+    """A scan on disk, and proposals: the object, half of it, nothing, and what is kept out."""
+    write_npz(boxes_and_floor(GRID, [BOX], noise_m=0.0), folder / "a.npz")
+    x, y, w, h = box
+    boxes = np.array([[x, y, w, h], [x + w / 3, y, w, h], [3.0, 3, 20, 20], [100.0, 40, 10, 12]])
+    scan = scans.TrainingScan(folder / "a.npz", folder / "a.json")
+    return Proposed(0, scan, boxes, boxes[:1], boxes[3:])
+
+
+def test_a_look_learns_boxes_where_the_look_before_has_put_them(tmp_path):
+    seen = observed(boxes_and_floor(GRID, [BOX], noise_m=0.0))
+    recipe = replace(read_recipe(written(tmp_path, RECIPE)), shadows=0.0)
+    one = proposed_beside(seen.regions[0].box, tmp_path)
+    first, left = samples_of_look(recipe, (), [one], 1)
+    assert np.array_equal(left[0].boxes, one.boxes)
+    # The object, what is half on it, its copies, and nothing; what is kept out is not among them.
+    assert first.overlap[0] == 1 and first.overlap[1] == pytest.approx(0.5, abs=0.01)
+    assert first.moves[0] == pytest.approx([0, 0, 0, 0]) and first.moves[1] == pytest.approx(
+        [-1 / 3, 0, 0, 0]
+    )
+    assert (first.overlap < 0.35).sum() >= 1 and first.margins.shape == (len(first.overlap), 0)
+    describe = Describer.of(observation.observed(one.scan.path))
+    nothing = describe(one.boxes[2:3]).astype(np.float16)[0]
+    kept_out = describe(one.boxes[3:]).astype(np.float16)[0]
+    assert (first.vectors == nothing).all(axis=1).any()
+    assert not (first.vectors == kept_out).all(axis=1).any()
+
+    length = first.vectors.shape[1]
+    weights = np.random.default_rng(0).normal(size=length).astype(np.float32)
+    still = np.float32([1 / 3, 0, 0, 0])
+    look = Look(weights, 0.5, np.zeros((4, length), np.float32), still)
+    second, _ = samples_of_look(recipe, (look,), [one], 1)
+    # The look has moved all by a third of their width: what was the object is now half on it.
+    assert second.overlap[0] == pytest.approx(0.5, abs=0.01)
+    assert second.margins[0, 0] == pytest.approx(look.margins(describe(one.boxes[:1]))[0], rel=1e-4)
+    moved = look.corrected(one.boxes[:1], np.zeros((1, length), np.float32))
+    np.testing.assert_array_equal(second.vectors[0], describe(moved).astype(np.float16)[0])
+
+
+def test_only_the_most_promising_proposals_reach_the_second_look(tmp_path):
+    seen = observed(boxes_and_floor(GRID, [BOX], noise_m=0.0))
+    recipe = replace(read_recipe(written(tmp_path, RECIPE)), shadows=0.0)
+    one = proposed_beside(seen.regions[0].box, tmp_path)
+    rng = np.random.default_rng(1)
+    many = np.concatenate([rng.uniform(0, 60, (MOST + 20, 2)), rng.uniform(8, 30, (MOST + 20, 2))], axis=1)
+    one = replace(one, boxes=many)
+    vectors = Describer.of(observation.observed(one.scan.path))(many)
+    weights = rng.normal(size=vectors.shape[1]).astype(np.float32)
+    look = Look(weights, 0.0, np.zeros((4, len(weights)), np.float32), np.zeros(4, np.float32))
+    _, (left,) = samples_of_look(recipe, (look,), [one], 1)
+    best = np.sort(np.argsort(-(vectors @ weights))[:MOST])
+    np.testing.assert_array_equal(left.boxes, many[best])
 
 
 BAD_INPUT = {

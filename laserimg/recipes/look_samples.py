@@ -62,18 +62,22 @@ class Samples:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Proposed:
-    """A simulated scan and what is proposed in it.
+    """A simulated scan, what is proposed in it, and what there is.
 
     Parameters
     ----------
     number : int
     scan : TrainingScan
     boxes : (n, 4) array
+    learnt, kept_out : (m, 4) arrays
+        The boxes of `TrainingScan.objects`.
     """
 
     number: int
     scan: TrainingScan
     boxes: Boxes
+    learnt: Boxes
+    kept_out: Boxes
 
 
 def proposed_in(
@@ -85,7 +89,7 @@ def proposed_in(
 ) -> list[Proposed]:
     """Return what the cascades of a recipe, and the regions, propose in some scans."""
     found: dict[int, Proposed] = {}
-    work = partial(_proposed, tuple(cascades), recipe.regions)
+    work = partial(_proposed, recipe, tuple(cascades))
     for one in unordered(work, list(enumerate(scans)), jobs, _died):
         found[one.number] = one
         tell()
@@ -143,21 +147,22 @@ def _detectors(cascades: tuple[Path, ...]) -> tuple[WindowDetector, ...]:
     return tuple(proposer(load_model(path)) for path in cascades)  # type: ignore[arg-type]
 
 
-def _proposed(cascades: tuple[Path, ...], regions: bool, item: tuple[int, TrainingScan]) -> Proposed:
+def _proposed(recipe: Recipe, cascades: tuple[Path, ...], item: tuple[int, TrainingScan]) -> Proposed:
     number, scan = item
     with one_cv2_thread():
-        return Proposed(number, scan, proposed_boxes(observed(scan.path), cascades, regions))
+        boxes = proposed_boxes(observed(scan.path), cascades, recipe.regions)
+    return Proposed(number, scan, boxes, *scan.objects(recipe))
 
 
 def _samples(recipe: Recipe, looks: tuple[Look, ...], one: Proposed) -> tuple[Samples, Proposed]:
-    learnt, kept_out = one.scan.objects(recipe)
+    learnt = one.learnt
     rng = np.random.default_rng([recipe.seed, one.number, 1 + len(looks)])
     with one_cv2_thread():
         evidence = observed(one.scan.path)
         describe = Describer.of(evidence)
         left = _most_promising(looks[0], one.boxes, describe) if looks else one.boxes
         boxes = np.concatenate([left, _copies(learnt, rng)])
-        parts = [_taught(describe, boxes, learnt, kept_out, looks, rng)]
+        parts = [_taught(describe, boxes, learnt, one.kept_out, looks, rng)]
         for box in learnt:
             if rng.uniform() < recipe.shadows:
                 shaded, rest = in_shadow(evidence, box, rng)

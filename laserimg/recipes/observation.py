@@ -1,6 +1,7 @@
 """Evidence of simulated scans, kept on disk: every recipe that uses a scan looks at it once."""
 
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -45,10 +46,11 @@ def killed(scan: TrainingScan) -> LabelError:
 
 
 def _is_ours(path: Path) -> bool:
-    if not path.exists():
+    try:
+        with np.load(path) as arrays:
+            return "program" in arrays and str(arrays["program"]) == sources_sha256(_PROGRAM)
+    except (OSError, ValueError, EOFError, BadZipFile):
         return False
-    with np.load(path) as arrays:
-        return "program" in arrays and str(arrays["program"]) == sources_sha256(_PROGRAM)
 
 
 def _keep(path: Path, scan: Scan) -> None:

@@ -88,7 +88,9 @@ def trained_look(samples: Samples, recipe: Recipe) -> Look:
     overlap, vectors = samples.overlap, samples.vectors
     of_object = overlap >= OF_OBJECT
     if of_object.sum() < LEAST_BOXES:
-        raise LabelError(f"{recipe.label}: {int(of_object.sum())} boxes of objects: too few to learn")
+        raise LabelError(
+            f"{recipe.label}: {int(of_object.sum())} boxes of objects are too few to learn: more scans"
+        )
     plane = _plane(vectors[of_object], vectors[overlap < OF_NONE], recipe)
     near = overlap >= CORRECTED
     moves, still = _correction(vectors[near], samples.moves[near])

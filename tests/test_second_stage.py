@@ -209,6 +209,23 @@ def test_trees_learn_what_no_plane_can_and_the_same_again():
     assert np.array_equal(again.answers, trees.answers) and np.array_equal(again.features, trees.features)
 
 
+def test_trees_add_up_to_what_no_single_one_says():
+    rng = np.random.default_rng(8)
+    vectors, others = (rng.uniform(-1, 1, (count, 6)).astype(np.float32) for count in (3000, 1000))
+    shares = []
+    for rounds in (1, 150):
+        trees = fit_trees(vectors, vectors.sum(axis=1) > 0, rounds)
+        shares.append(np.mean((trees(others) > 0) == (others.sum(axis=1) > 0)))
+    assert shares[0] < 0.8 and shares[1] > 0.9
+
+
+def test_a_tree_whose_sides_ask_no_second_question_answers_on_both():
+    vectors = np.float32([[0], [1]]).repeat(20, axis=0)
+    trees = fit_trees(vectors, vectors[:, 0] == 1, rounds=1)
+    low, high = trees(np.float32([[0], [1]]))
+    assert low < 0 < high and low == pytest.approx(-high)
+
+
 def test_trees_stop_where_no_number_tells_samples_apart():
     trees = fit_trees(np.ones((50, 2), np.float32), np.arange(50) < 20)
     assert len(trees.features) == 0 and trees(np.ones((3, 2), np.float32)).tolist() == [0, 0, 0]

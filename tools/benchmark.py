@@ -10,14 +10,13 @@ list it in `SECTIONS`.
 """
 
 import argparse
-import os
 import shutil
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -26,16 +25,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import scenes
-from laserimg.cascade.xml import read_cascade_info
+from detector_rows import detector_rows, scale_rows
 from laserimg.clusters import find_clusters
-from laserimg.detectors.search import WindowDetector
-from laserimg.detectors.shipped import detector_files, shipped_folder
 from laserimg.formats.npz import write_npz
 from laserimg.geometry.floor import Floor, find_floor
 from laserimg.images import IMAGE_KINDS, make_images, write_png
 from laserimg.measure import metric_box
 from laserimg.normals import normals
-from laserimg.pipeline import Pipeline
 from laserimg.rbnn import rbnn
 from laserimg.regions import reference_regions, regions_of
 from laserimg.rules.checks import size_rules
@@ -45,11 +41,10 @@ from laserimg.scan import Scan
 from laserimg.semantic_map import MapModels, SemanticMap, map_scan
 from laserimg.semantic_map.panorama import panorama
 from laserimg.semantic_map.run import write_map
-from rows import TITLES, Row, best_times, error, faster, under, within
+from rows import TITLES, Row, error, faster, under, within
 from scenes import COLUMNS, ROWS, Truth, room, scan_of, street
 
 COMPONENTS = "cv2.connectedComponents"
-FRONTAL_FACE = "haarcascade_frontalface_default.xml"
 SET_SIZE = 100
 CLUSTERED = 230_000
 
@@ -257,65 +252,14 @@ def _degrees(a: NDArray, b: NDArray) -> NDArray:
 
 def detectors_section() -> Iterator[Row]:
     """The whole pipeline with all shipped detectors beside one plain search by a cascade of 25 stages."""
-    yield from _detector_rows("room", benchmark_room()[0])
-    yield from _detector_rows("street", benchmark_street()[0])
-
-
-def _detector_rows(name: str, scan: Scan) -> Iterator[Row]:
-    gray = cv2.cvtColor(make_images(scan, ["normals_view"])["normals_view"], cv2.COLOR_RGB2GRAY)
-    pipeline = Pipeline.from_folder()
-    classes = sum(len(getattr(one, "stages", ())) for one in pipeline.detectors)
-    what = f"pipeline, {classes} classes, {name}"
-    for peer, plain, at_most in _plain_cascades():
-        if plain is None:
-            yield Row(what, "", peer, "not found", "", f"<= {at_most:g} x" if at_most else "", None)
-        elif at_most:
-            yield within(what, lambda: pipeline(scan), peer, partial(plain.detectMultiScale, gray), at_most)
-        else:
-            (theirs,) = best_times(partial(plain.detectMultiScale, gray))
-            yield Row("  for comparison", "", peer, f"{theirs * 1e3:.1f} ms", "", "", None)
-    evidence = pipeline.observe(scan)
-    yield under("  floor, regions and images", lambda: pipeline.observe(scan), None)
-    for window in _windows(pipeline):
-        yield under(f"  cascade {window.model.name}", partial(window, evidence), None)
-    detectors = pipeline.detectors
-    yield under("  cascades and second stages", lambda: [one(evidence) for one in detectors], None)
-    yield under("  the same, measured and checked", lambda: pipeline.judge(evidence), None)
-
-
-def _plain_cascades() -> Iterator[tuple[str, cv2.CascadeClassifier | None, float | None]]:
-    """Peers with what is wanted of them: OpenCV's own of 25 stages, and the first that ships.
-
-    OpenCV's wheels hold `FRONTAL_FACE` before version 5; with later ones, name a copy in the variable
-    `LASERIMG_FRONTAL_FACE`. Scale factor 1.1 is the default of `detectMultiScale`.
-    """
-    beside = Path(cv2.__file__).parent / "data" / FRONTAL_FACE
-    own = Path(os.environ.get("LASERIMG_FRONTAL_FACE", beside))
-    yield "plain search, 25 stages", cv2.CascadeClassifier(str(own)) if own.exists() else None, 5.0
-    shipped = next(path for path in detector_files(shipped_folder()) if path.suffix == ".xml")
-    stages = read_cascade_info(shipped).stages
-    yield f"plain, {shipped.stem}, {stages} stages", cv2.CascadeClassifier(str(shipped)), None
+    yield from detector_rows("room", benchmark_room()[0])
+    yield from detector_rows("street", benchmark_street()[0])
 
 
 def scale_section() -> Iterator[Row]:
     """Metric search beside plain search of every size, by the shipped cascades: time and proposals."""
-    yield from _scale_rows("room", benchmark_room()[0])
-    yield from _scale_rows("street", benchmark_street()[0])
-
-
-def _scale_rows(name: str, scan: Scan) -> Iterator[Row]:
-    pipeline = Pipeline.from_folder()
-    evidence = pipeline.observe(scan)
-    for window in _windows(pipeline):
-        plain = replace(window, scale="plain")
-        peer = f"plain: {len(window(evidence))} against {len(plain(evidence))} proposed"
-        yield faster(
-            f"{window.model.name}, {name}", partial(window, evidence), peer, partial(plain, evidence)
-        )
-
-
-def _windows(pipeline: Pipeline) -> list[WindowDetector]:
-    return [window for one in pipeline.detectors for window in getattr(one, "windows", ())]
+    yield from scale_rows("room", benchmark_room()[0])
+    yield from scale_rows("street", benchmark_street()[0])
 
 
 SECTIONS = {

@@ -1,11 +1,14 @@
 """Clusters of points, one an object: gaps in height are bridged, and what only touches is cut apart."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 
 from laserimg.clusters import LINK
 from laserimg.errors import ScanError
+from laserimg.hanging import widths, with_hanging
 from laserimg.polar_cells import starts_of
 from laserimg.rbnn import numbered, rbnn
 from laserimg.regions import MIN_PIXELS, Labels
@@ -24,9 +27,27 @@ CUTS = (1.0, 0.63, 0.4, 0.25)
 MIN_TALL_M = 0.7
 MAX_TOP_M = 2.5
 MIN_PIECE = 30
+# Doors, mirrors and pillars of cars are this far from the rest of them. Where no piece is as wide as a car,
+# there are people: they are cut apart at smaller gaps, too.
+SMALL_GAP_M = 0.08
+CAR_WIDTH_M = 1.9
+# Longer than a car or a group of people: one piece is enough to be cut off, and crumbs farther from it than
+# half the radius of the links are left behind.
+LONG_M = 10.0
+CRUMB_REACH = 0.5
 
 # Farther than any two points of one scan: keeps clusters apart in one tree.
 _APART_M = 1e6
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Cloud:
+    """Points with half their height and without any (n, 3), heights over the ground, radii of links (n,)."""
+
+    flat: Array
+    level: Array
+    height: Array
+    radius: Array
 
 
 def object_clusters(
@@ -42,7 +63,9 @@ def object_clusters(
     2. For smaller and smaller radii, down to a quarter: RBNN of the points with half their height. Where
        two pieces or more of a cluster have 30 points and 0.7 m from top to bottom, those that reach no higher
        than 2.5 m over the ground become clusters. What is taller stays together; the
-       other pieces go to the nearest.
+       other pieces go to the nearest. Where a piece is wider than 1.9 m, gaps of less than 8 cm are not
+       cut. In clusters longer than 10 m one such piece is enough, and what is far from it stays behind.
+    3. What hangs in the air (`hanging.with_hanging`) goes to the nearest.
 
     Parameters
     ----------
@@ -85,10 +108,17 @@ def object_clusters(
     if array.ndim != 2 or array.shape[1] != 3 or height.shape != array.shape[:1]:
         raise ScanError(f"points must be (n, 3) and heights (n,), got {array.shape} and {height.shape}")
     vertical = np.asarray(up, np.float64)
-    labels = rbnn(_flattened(array, vertical, BRIDGE), ratio, min_points).astype(np.intp)
-    flat = _flattened(array, vertical, CUT_BRIDGE)
+    bridged = _flattened(array, vertical, BRIDGE)
+    labels = rbnn(bridged, ratio, min_points).astype(np.intp)
+    cloud = _Cloud(
+        _flattened(array, vertical, CUT_BRIDGE),
+        array - np.outer(array @ vertical, vertical),
+        height,
+        ratio * np.linalg.norm(array, axis=1),
+    )
     for share in CUTS:
-        labels = _cut(labels, rbnn(flat, ratio * share, 1), flat, height)
+        labels = _cut(labels, rbnn(cloud.flat, ratio * share, 1), cloud, share)
+    labels = with_hanging(labels, bridged, cloud.level, height, cloud.radius)
     found = np.zeros(len(array), np.int32)
     found[labels > 0] = numbered(labels[labels > 0], min_points) if labels.any() else 0
     return found
@@ -99,7 +129,7 @@ def _flattened(points: Array, up: Array, divisor: float) -> Array:
     return points - np.outer(points @ up, up * (1 - 1 / divisor))
 
 
-def _cut(labels: Indices, pieces: Labels, points: Array, height: Array) -> Indices:
+def _cut(labels: Indices, pieces: Labels, cloud: _Cloud, share: float) -> Indices:
     """Give the pieces of clusters that can be objects of their own a label of their own."""
     held = np.flatnonzero(labels)
     if len(held) == 0:
@@ -107,23 +137,37 @@ def _cut(labels: Indices, pieces: Labels, points: Array, height: Array) -> Indic
     order = held[np.lexsort((pieces[held], labels[held]))]
     start = starts_of(pieces[order], labels[order])
     count = np.diff(start, append=len(order))
-    low, high = np.minimum.reduceat(height[order], start), np.maximum.reduceat(height[order], start)
     parent = labels[order[start]]
-    whole = (count >= MIN_PIECE) & (high - low >= MIN_TALL_M)
-    several = np.bincount(parent[whole], minlength=int(parent.max()) + 1) > 1
-    free = whole & several[parent] & (high <= MAX_TOP_M)
+    high = np.maximum.reduceat(cloud.height[order], start)
+    whole = (count >= MIN_PIECE) & (high - np.minimum.reduceat(cloud.height[order], start) >= MIN_TALL_M)
+    long = _long(order, parent, start, cloud)
+    several = np.bincount(parent[whole], minlength=len(long)) > 1
+    free = whole & (several | long)[parent] & (high <= MAX_TOP_M)
+    wide = np.zeros(len(long), np.bool_)
+    wide[parent[free & (widths(cloud.level[order], start) > CAR_WIDTH_M)]] = True
+    free &= ~wide[parent] | (share * np.add.reduceat(cloud.radius[order], start) / count >= SMALL_GAP_M)
     label = np.where(free, int(parent.max()) + np.cumsum(free), parent)
     opened = np.isin(parent, parent[free])
     crumbs = np.repeat(opened & ~whole, count)
     targets = np.repeat(opened & whole, count)
     of_points = np.repeat(label, count)
     if crumbs.any():
-        nearest = _nearest(points[order], np.repeat(parent, count), targets, crumbs)
-        of_points[crumbs] = _of_whole_pieces(
-            np.repeat(np.arange(len(start)), count)[crumbs], nearest, of_points
-        )
+        distance, at = _nearest(cloud.flat[order], np.repeat(parent, count), targets, crumbs)
+        reach = np.where(long[parent], CRUMB_REACH, np.inf)
+        piece = np.repeat(np.arange(len(start)), count)[crumbs]
+        distance /= np.maximum(cloud.radius[order][crumbs], 1e-9)
+        own = of_points[crumbs]
+        of_points[crumbs] = _of_whole_pieces(piece, (distance, at), of_points, own, reach)
     found = labels.copy()
     found[order] = of_points
+    return found
+
+
+def _long(order: Indices, parent: Indices, start: Indices, cloud: _Cloud) -> NDArray[np.bool_]:
+    """Tell of every label whether its cluster is longer than `LONG_M`."""
+    first = starts_of(parent)
+    found = np.zeros(int(parent.max()) + 1, np.bool_)
+    found[parent[first]] = widths(cloud.level[order], start[first]) > LONG_M
     return found
 
 
@@ -134,12 +178,18 @@ def _nearest(points: Array, parent: Indices, targets: NDArray, crumbs: NDArray) 
     return distance, np.flatnonzero(targets)[at]
 
 
-def _of_whole_pieces(piece: Indices, nearest: tuple[Array, Indices], of_points: Indices) -> Indices:
-    """Return the label that each point of a piece gets: that of the target nearest to any point of it."""
+def _of_whole_pieces(
+    piece: Indices, nearest: tuple[Array, Indices], of_points: Indices, own: Indices, reach: Array
+) -> Indices:
+    """Return the label that each point of a piece gets: that of the target nearest to any point of it.
+
+    A piece whose nearest target is farther than its reach keeps its own.
+    """
     distance, at = nearest
     order = np.lexsort((distance, piece))
     start = starts_of(piece[order])
-    best = of_points[at[order[start]]]
+    first = order[start]
+    best = np.where(distance[first] <= reach[piece[first]], of_points[at[first]], own[first])
     found = np.empty(len(piece), np.intp)
     found[order] = np.repeat(best, np.diff(start, append=len(order)))
     return found

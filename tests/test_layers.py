@@ -11,7 +11,7 @@ LAYERS = [
     ["geometry", "normals"],
     ["images", "formats", "readers"],
     ["lattice", "regions", "mixed_pixels", "clusters", "measure", "surfaces", "ground", "cellular"],
-    ["polar_cells", "linked_points", "rbnn", "object_clusters"],
+    ["polar_cells", "linked_points", "rbnn", "hanging", "object_clusters"],
     ["descriptors", "evidence", "matching", "truth"],
     ["samples", "cascade", "detectors", "hog_training", "classify"],
     ["rules", "sources"],

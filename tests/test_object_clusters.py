@@ -79,6 +79,36 @@ def test_low_pieces_are_no_objects():
     assert the_only(labels) == 1
 
 
+def test_a_roof_that_no_beam_joins_to_the_car_is_part_of_it():
+    """0.35 m behind the bonnet at 6 m, where the radius is 0.2 m; a person's shoulders there are not."""
+    car = upright(6, 0, width=1.7, low=0.25, high=0.9)
+    for width, part in ((1.4, True), (0.5, False)):
+        roof = upright(6.35, 0, width=width, low=1.3, high=1.45, step=0.04)
+        below, above = clusters(car, roof)
+        assert (the_only(below) == the_only(above)) == part
+
+
+def test_a_roof_does_not_join_a_hedge():
+    hedge, roof = upright(6, 0, width=8, low=0.25, high=0.9), upright(6.35, 0, 1.4, 1.3, 1.45, 0.04)
+    first, second = clusters(hedge, roof)
+    assert the_only(first) != the_only(second)
+
+
+def test_a_car_is_not_cut_at_its_doors():
+    """Halves 6 cm apart at 5 m, where a quarter of the radius is 4 cm; narrow halves (people) are cut."""
+    for width, count in ((2.2, 1), (0.6, 2)):
+        halves = [upright(5, side * (width / 2 + 0.03), width, step=0.03) for side in (-1, 1)]
+        assert np.concatenate(clusters(*halves)).max() == count
+
+
+def test_a_car_before_something_long_and_low_is_cut_off():
+    """A guard rail of 14 m, too low to be an object, 0.9 m behind a car at 30 m."""
+    car, rail = upright(30, 0, 4, step=0.1), upright(30.9, 0, 14, low=0.3, high=0.6, step=0.1)
+    assert rbnn(np.concatenate([car, rail]) - [0, 0, SCANNER_M]).max() == 1
+    first, second = clusters(car, rail)
+    assert the_only(first) not in set(second.tolist())
+
+
 def test_up_may_be_any_direction():
     one, other = upright(10, 0), upright(10, 0.8)
     points = np.concatenate([one, other, hand(10, 0.2, 0.6)])

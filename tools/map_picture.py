@@ -26,7 +26,7 @@ from laserimg.simulate.scenes import SCENES
 
 DOCS = Path(__file__).parents[1] / "docs"
 NAME, SCANNER = "street", "lms151_turn"
-WIDTH, STEP = 1200, 16
+WIDTH, STEP = 1150, 16
 # Of the view from above, the middle that is no higher than this share of its width.
 TOP_SHARE = 0.55
 

@@ -66,6 +66,7 @@ class Build:
             cast(Partitioning, settings.partition),
             settings.min_range,
             settings.max_range,
+            measures_all=settings.rejected == "all",
         )
 
     def _detectors(self, rules: Rules) -> tuple[Detector, ...]:

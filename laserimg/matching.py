@@ -1,6 +1,8 @@
 """The region of a candidate: found among those of the scan, or grown in its surroundings."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,20 +48,28 @@ def matching_region(evidence: Evidence, box: Box, region_inside: float, region_f
     Region or None
         None if no region has a pixel in the candidate.
     """
+    return _matched(evidence, box, region_inside, region_fills)[0]
+
+
+def _matched(
+    evidence: Evidence, box: Box, region_inside: float, region_fills: float
+) -> tuple[Region | None, bool]:
+    """The region of `matching_region`, and whether it satisfies both shares."""
     scan = evidence.scan
     window = Window.of(box, scan.shape, scan.wraps)
     returns = scan.counts(window.cut(scan.range))
+    count = max(int(returns.sum()), 1)
     partitions, best = [], _Best(region_inside, region_fills)
-    for regions in _partitions(evidence, box, window):
-        partitions.append(regions)
-        for region in regions:
-            if best.take(region, *shares(region, window, scan.shape, returns)):
-                return region
-    for regions in partitions:
-        whole = _at_one_depth(evidence, regions, window, region_inside)
-        if whole is not None and best.take(whole, *shares(whole, window, scan.shape, returns)):
-            return whole
-    return best.region
+    for parts in _partitions(evidence, box, window):
+        partitions.append(parts)
+        for part in parts:
+            if best.take(part.region, part.inside, part.common / count):
+                return part.region(), True
+    for parts in partitions:
+        whole = _at_one_depth(evidence, [p.region() for p in parts if p.inside > region_inside], window)
+        if whole is not None and best.take(_made(whole), *shares(whole, window, scan.shape, returns)):
+            return whole, True
+    return best.region(), False
 
 
 def region_of_box(evidence: Evidence, box: Box, region_inside: float, region_fills: float) -> Region | None:
@@ -75,15 +85,12 @@ def region_of_box(evidence: Evidence, box: Box, region_inside: float, region_fil
     Region or None
         None if nothing returned in the box.
     """
-    region = matching_region(evidence, box, region_inside, region_fills)
+    region, satisfies = _matched(evidence, box, region_inside, region_fills)
+    if satisfies:
+        return region
     scan = evidence.scan
     window = Window.of(box, scan.shape, scan.wraps)
-    returns = scan.counts(window.cut(scan.range))
-    if region is not None:
-        inside, fills = shares(region, window, scan.shape, returns)
-        if inside > region_inside and fills > region_fills:
-            return region
-    return _near_returns(evidence, window, returns)
+    return _near_returns(evidence, window, scan.counts(window.cut(scan.range)))
 
 
 def _near_returns(evidence: Evidence, window: Window, returns: BoolArray) -> Region | None:
@@ -102,15 +109,28 @@ def _near_returns(evidence: Evidence, window: Window, returns: BoolArray) -> Reg
     return _region(pixels[kept], ranges[kept], scan.shape[1], scan.wraps)
 
 
+class _Part(NamedTuple):
+    """A region that has pixels in the candidate: how many, of how many, and how to make it."""
+
+    common: int
+    pixels: int
+    region: Callable[[], Region]
+
+    @property
+    def inside(self) -> float:
+        """The share of the region in the candidate."""
+        return self.common / self.pixels
+
+
 class _Best:
     """The region that agrees best so far."""
 
     def __init__(self, region_inside: float, region_fills: float) -> None:
         self._limits = region_inside, region_fills
         self._agreement = (False, 0.0)
-        self.region: Region | None = None
+        self.region: Callable[[], Region | None] = lambda: None
 
-    def take(self, region: Region, inside: float, fills: float) -> bool:
+    def take(self, region: Callable[[], Region], inside: float, fills: float) -> bool:
         """Remember the region if it is the best so far; tell whether it satisfies both limits."""
         agreement = (inside > self._limits[0], inside * fills)
         if agreement > self._agreement:
@@ -118,12 +138,9 @@ class _Best:
         return inside > self._limits[0] and fills > self._limits[1]
 
 
-def _at_one_depth(
-    evidence: Evidence, regions: list[Region], window: Window, region_inside: float
-) -> Region | None:
-    """Take together the regions that lie in the candidate, no deeper apart than the candidate is large."""
+def _at_one_depth(evidence: Evidence, inside: list[Region], window: Window) -> Region | None:
+    """Take together regions that lie in the candidate, no deeper apart than the candidate is large."""
     shape = evidence.scan.shape
-    inside = [r for r in regions if window.holds(r.pixels, shape).mean() > region_inside]
     if len(inside) < 2:
         return None
     main = max(inside, key=lambda r: len(r.pixels))
@@ -157,14 +174,16 @@ def shares(region: Region, window: Window, shape: tuple[int, int], returns: Bool
         The share of the region in the candidate (paper 2, section 4: more than 0.9), and the share
         of the candidate's returns that are the region's, largest first.
     """
-    common = int(window.holds(region.pixels, shape).sum())
+    first, last = np.searchsorted(region.pixels, [window.rows.start * shape[1], window.rows.stop * shape[1]])
+    common = int(window.holds(region.pixels[first:last], shape).sum())
     return common / len(region.pixels), common / max(int(returns.sum()), 1)
 
 
-def _partitions(evidence: Evidence, box: Box, window: Window) -> Iterator[list[Region]]:
+def _partitions(evidence: Evidence, box: Box, window: Window) -> Iterator[list[_Part]]:
     """Yield the scan's regions in a candidate, then grown ones, those with most pixels in it first."""
-    labels = evidence.partition.labels
-    yield [evidence.regions[number - 1] for number in _numbers(window.cut(labels))]
+    labels = evidence.partition.labels[window.rows][:, np.unique(window.columns)]
+    of_scan = [(evidence.regions[number - 1], common) for number, common in _numbers(labels)]
+    yield [_Part(common, len(region.pixels), _made(region)) for region, common in of_scan]
     scan = evidence.scan
     around = Window.of(_enlarged(box), scan.shape, scan.wraps)
     range_m, directions = around.cut(scan.range), around.cut(scan.directions)
@@ -173,16 +192,29 @@ def _partitions(evidence: Evidence, box: Box, window: Window) -> Iterator[list[R
         return
     in_box = window.holds(pixels.ravel(), scan.shape).reshape(pixels.shape)
     grown, ranges = linked(range_m, directions, objects, False, TIGHT_LINK)
+    whole = np.bincount(grown.ravel())
+
+    def region(number: int) -> Region:
+        of = grown == number
+        return _region(pixels[of], ranges[of], scan.shape[1], scan.wraps)
+
     yield [
-        _region(pixels[grown == number], ranges[grown == number], scan.shape[1], scan.wraps)
-        for number in _numbers(grown[in_box])
+        _Part(common, int(whole[number]), partial(region, number))
+        for number, common in _numbers(grown[in_box])
     ]
 
 
-def _numbers(labels: np.ndarray) -> list[int]:
-    """Numbers of the regions among some labels, the most frequent first."""
-    number, count = np.unique(labels[labels > 0], return_counts=True)
-    return number[np.argsort(-count, kind="stable")].tolist()
+def _made(region: Region) -> Callable[[], Region]:
+    return lambda: region
+
+
+def _numbers(labels: np.ndarray) -> list[tuple[int, int]]:
+    """Numbers of the regions among some labels with their pixels there, the most frequent first."""
+    count = np.bincount(labels.ravel())
+    count[:1] = 0
+    number = np.flatnonzero(count)
+    number = number[np.argsort(-count[number], kind="stable")]
+    return list(zip(number.tolist(), count[number].tolist(), strict=True))
 
 
 def _enlarged(box: Box) -> Box:

@@ -45,7 +45,7 @@ class Finding:
     score : float
         The candidate's, lowered by failed checks if its class demotes.
     region : Region or None
-        None if no region is in the candidate.
+        None if no region is in the candidate, or none was looked for: see `Pipeline.measures_all`.
     size : MetricBox or None
     checks : tuple of Check
         All that ran, in order.
@@ -123,6 +123,10 @@ class Pipeline:
         Which regions candidates are compared with: `find_clusters`, or those of paper 2.
     min_range, max_range : float or None
         Metres; None keeps the limits of the scan.
+    measures_all : bool
+        Also find the region of candidates that a second stage scored so low that no check could bring them
+        near the limit (see `Finding.is_near`), measure it and check it. Else the check of the score is the
+        only one they have.
     """
 
     rules: Rules
@@ -130,6 +134,7 @@ class Pipeline:
     partition: Partitioning = "default"
     min_range: float | None = None
     max_range: float | None = None
+    measures_all: bool = False
 
     @classmethod
     def from_folder(cls, cascades: str | None = None, rules: str | None = None) -> "Pipeline":
@@ -152,9 +157,7 @@ class Pipeline:
     def judge(self, evidence: Evidence) -> tuple[Finding, ...]:
         """Return what becomes of every candidate of a scan that was observed."""
         candidates = [candidate for detector in self.detectors for candidate in detector(evidence)]
-        regions = [self._region(evidence, candidate) for candidate in candidates]
-        findings = [self._judged(evidence, *pair) for pair in zip(candidates, regions, strict=True)]
-        return self._settled(evidence, findings)
+        return self._settled(evidence, [self._judged(evidence, candidate) for candidate in candidates])
 
     def observe(self, scan: Scan) -> Evidence:
         """Return images, floor and regions of a scan."""
@@ -175,8 +178,11 @@ class Pipeline:
         find = region_of_box if _is_doubted(candidate, rules) else matching_region
         return find(evidence, candidate.box, rules.region_inside, rules.region_fills)
 
-    def _judged(self, evidence: Evidence, candidate: Candidate, region: Region | None) -> Finding:
+    def _judged(self, evidence: Evidence, candidate: Candidate) -> Finding:
         rules = self.rules[candidate.label]
+        if not self.measures_all and _is_hopeless(candidate, rules):
+            return _finding(candidate, None, None, (), rules)
+        region = self._region(evidence, candidate)
         if region is None:
             return _finding(candidate, None, None, (no_region(),), rules)
         scan = evidence.scan
@@ -210,7 +216,7 @@ def _finding(
     failed = [check.reason for check in checks if not check.passed]
     doubted = _is_doubted(candidate, rules)
     score = candidate.score
-    if doubted and not failed:
+    if doubted and checks and not failed:
         score = with_odds(score, candidate.odds or 0.0)
     elif rules.on_fail == "demote":
         score = demoted_score(score, checks)
@@ -226,6 +232,12 @@ def _finding(
 def _is_doubted(candidate: Candidate, rules: ClassRules) -> bool:
     """Whether no check ends the candidate: its score says more."""
     return rules.on_fail == "doubt" and candidate.odds is not None
+
+
+def _is_hopeless(candidate: Candidate, rules: ClassRules) -> bool:
+    """Whether a candidate is not even near the limit of its score, whatever its checks say."""
+    best = with_odds(candidate.score, max(candidate.odds or 0.0, 0.0))
+    return _is_doubted(candidate, rules) and not near_score(sure_enough(best, rules))
 
 
 def _claim(finding: Finding) -> Claim:

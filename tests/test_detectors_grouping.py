@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from laserimg.boxes import iou
+from laserimg.detectors import grouping
 from laserimg.detectors.grouping import SAME_IOU, grouped
 
 WIDTH = 360
@@ -43,10 +44,12 @@ def hits(draw, most=60):
     return np.concatenate([corner, size], axis=1), rng.integers(0, 4, count) / 2
 
 
-@given(hits(), st.integers(1, 3), st.sampled_from([None, WIDTH]))
-def test_groups_are_those_of_the_definition(found, least, wrap_width):
+@given(hits(), st.integers(1, 3), st.sampled_from([None, WIDTH]), st.booleans())
+def test_groups_are_those_of_the_definition(found, least, wrap_width, with_tree):
     boxes, margins = found
-    means, scores = grouped(boxes, margins, least, wrap_width)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(grouping, "_FEW", 0 if with_tree else 1000)
+        means, scores = grouped(boxes, margins, least, wrap_width)
     expected, expected_scores = one_by_one(boxes, margins, least, wrap_width)
     if wrap_width:  # columns of full turns are the same
         means[:, 0] += wrap_width * np.round((expected[:, 0] - means[:, 0]) / wrap_width)

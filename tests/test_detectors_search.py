@@ -15,7 +15,7 @@ from laserimg.detectors.levels import MAX_ENLARGE, SCALE_STEP, Level, plain_leve
 from laserimg.detectors.metric import MIN_FITTING, metric_levels
 from laserimg.detectors.parts import MAX_SPREAD, parts_of
 from laserimg.detectors.pyramid import Pyramid
-from laserimg.detectors.search import WindowDetector, search
+from laserimg.detectors.search import Searched, WindowDetector, search
 from laserimg.errors import ConfigError
 from laserimg.evidence import Evidence
 from laserimg.geometry.pitch import angular_pitch
@@ -302,6 +302,16 @@ def test_every_marked_cell_is_in_one_part_with_windows_of_about_its_width(case):
     assert (count[mask] == 1).all()
 
 
+@given(masks())
+def test_a_part_is_the_rectangle_of_its_marked_cells_with_their_widths(case):
+    mask, widths, height = case
+    for part in parts_of(mask, widths, height):
+        inside = mask[part.rows, part.columns]
+        assert inside[0].any() and inside[-1].any() and inside[:, 0].any() and inside[:, -1].any()
+        of_cells = widths[part.rows, part.columns][inside]
+        assert (part.narrowest, part.widest) == (of_cells.min(), of_cells.max())
+
+
 def test_parts_leave_out_what_costs_more_than_an_edge():
     widths = np.ones((60, 200), np.float32)
     mask = np.zeros((60, 200), np.bool_)
@@ -357,6 +367,21 @@ def test_a_grid_smaller_than_the_window_has_no_candidates():
             model = blob_model(object_size_m=(0.3, 0.4))
             evidence = evidence_of(grid, range=np.zeros(shape, np.uint8))
             assert WindowDetector(model, scale)(evidence) == []
+
+
+def test_detectors_that_share_a_scan_find_what_each_finds_alone():
+    scan, _ = ball(-45.0)
+    images = {kind: make_image(scan, kind) for kind in ("depth_relative", "range")}
+    evidence = evidence_of(scan, **images)
+    look = {"bright": False, "likeness": 0.5, "object_size_m": (0.35, 0.35)}
+    detectors = [WindowDetector(blob_model(image=kind, **look), "metric") for kind in images]
+    detectors += [WindowDetector(blob_model(bright=False, likeness=0.5), "plain")]
+    searched = Searched(evidence)
+    alone = [detector(evidence) for detector in detectors]
+    for detector, expected in zip(detectors, alone, strict=True):
+        together = [[*one.box, one.score] for one in detector.found(searched)]
+        assert np.array(together) == pytest.approx(np.array([[*one.box, one.score] for one in expected]))
+    assert len(alone[0]) > 0 and searched.pyramid("range") is searched.pyramid("range")
 
 
 def test_the_scale_is_metric_or_plain():

@@ -6,6 +6,7 @@ import pytest
 
 from analytic import boxes_and_floor, ray_grid
 from laserimg.boxes import iou
+from laserimg.clusters import linked
 from laserimg.detectors.candidate import Candidate
 from laserimg.detectors.given import GivenCandidates
 from laserimg.detectors.regions import RegionDetector
@@ -15,7 +16,7 @@ from laserimg.evidence import Window
 from laserimg.formats.coco import Annotation, Category, CocoFile, CocoImage
 from laserimg.formats.coco_file import read_coco
 from laserimg.geometry.floor import find_floor
-from laserimg.matching import matching_region, shares
+from laserimg.matching import TIGHT_LINK, matching_region, shares
 from laserimg.measure import metric_box
 from laserimg.pipeline import Pipeline, Result
 from laserimg.projection import angles_from_directions
@@ -139,6 +140,73 @@ def test_the_walls_of_an_open_basket_and_the_parts_of_a_chair_are_taken_together
     assert box.depth == pytest.approx(0.25, abs=0.05)
 
 
+def one_by_one(evidence, box, region_inside, region_fills):
+    """`matching_region` as it is defined: every region made, its pixels counted one by one."""
+    scan = evidence.scan
+    window, around = (
+        Window.of(one, scan.shape, scan.wraps)
+        for one in (box, (box[0] - box[2] / 2, box[1] - box[3] / 2, 2 * box[2], 2 * box[3]))
+    )
+    returns = scan.counts(window.cut(scan.range))
+    of_box = set(window.pixels(scan.shape[1]).ravel().tolist())
+    cuts = [around.cut(one) for one in (scan.range, scan.directions, evidence.partition.objects)]
+    grown, ranges = linked(*cuts, False, TIGHT_LINK)
+    pixels = around.pixels(scan.shape[1])
+    partition = evidence.partition
+
+    def parts(labels, ranges, pixels):
+        found = []
+        for number in range(1, labels.max() + 1):
+            mine = labels == number
+            region = set(pixels[mine].tolist())
+            if region & of_box:
+                found.append((region, ranges[mine]))
+        return sorted(found, key=lambda part: -len(part[0] & of_box))
+
+    def both(region):
+        return len(region & of_box) / len(region), len(region & of_box) / max(returns.sum(), 1)
+
+    best, agreement = None, (False, 0.0)
+    every = np.arange(scan.range.size).reshape(scan.shape)
+    partitions = [parts(partition.labels, partition.range, every), parts(grown, ranges, pixels)]
+    tried = [region for one in partitions for region, _ in one]
+    for one in partitions:
+        inside = [part for part in one if both(part[0])[0] > region_inside]
+        if len(inside) > 1:
+            main, depths = max(inside, key=lambda part: len(part[0])), [np.median(r) for _, r in inside]
+            middle, depth = sorted(main[0])[len(main[0]) // 2], np.median(main[1])
+            across, up = (pitch.ravel()[middle] for pitch in evidence.pitch)
+            rows = window.rows.stop - window.rows.start
+            reach = depth * max(across * len(window.columns), up * rows)
+            near = [p for (p, _), d in zip(inside, depths, strict=True) if abs(d - depth) <= reach]
+            tried.append(set().union(*near))
+    for region in tried:
+        inside, fills = both(region)
+        if (inside > region_inside, inside * fills) > agreement:
+            best, agreement = region, (inside > region_inside, inside * fills)
+        if inside > region_inside and fills > region_fills:
+            return region
+    return best
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_region_of_a_candidate_is_that_of_the_definition(seed):
+    things = [((1.9, -0.15, -1.45), (1.91, 0.15, -1.22)), ((2.15, -0.15, -1.45), (2.16, 0.15, -1.0))]
+    things += [((2.2, 0.4, -1.5), (2.5, 0.7, -0.6)), ((1.9, -0.8, -1.45), (2.0, -0.5, -1.0))]
+    scan = boxes_and_floor(GRID, things, noise_m=0.003)
+    evidence = Pipeline(Rules((BIN,))).observe(scan)
+    rng, found = np.random.default_rng(seed), []
+    for _ in range(40):
+        x, y, w, h = pixel_box(*things[rng.integers(4)])
+        grow = np.exp(rng.normal(0, 0.3, 2))
+        middle = x + w * (0.5 + rng.normal(0, 0.2)), y + h * (0.5 + rng.normal(0, 0.2))
+        box = (middle[0] - w * grow[0] / 2, middle[1] - h * grow[1] / 2, w * grow[0], h * grow[1])
+        region, expected = matching_region(evidence, box, 0.9, 0.5), one_by_one(evidence, box, 0.9, 0.5)
+        assert (None if region is None else set(region.pixels.tolist())) == expected
+        found.append(expected is not None)
+    assert sum(found) > 20
+
+
 def test_shares_count_pixels_across_the_seam():
     labels_box = (8.0, 1.0, 4.0, 2.0)
     window = Window.of(labels_box, (5, 10), wraps=True)
@@ -201,6 +269,23 @@ def test_of_what_the_score_rejects_near_keeps_half_the_limit_and_more(rejected, 
     written = written_findings(result, rejected)
     assert [(f.score, f.accepted) for f in written] == [(0.9, True), *((score, False) for score in scores)]
     assert all(f.reason.startswith("score ") for f in written[1:])
+
+
+@pytest.mark.parametrize("odds", [0.0, 2.0])
+def test_what_no_check_could_bring_near_the_limit_is_measured_only_if_asked_for(odds):
+    """Two candidates of one box: with the odds of passing every check 0.1 is 0.45, without them still 0.1."""
+    box = from_regions(BIN)(TWO_BOXES).detections[0].box
+    found = Fixed(*(("bin", box, score, "regions", "bin", None, odds) for score in (0.02, 0.1, 0.9)))
+    pipeline = Pipeline(Rules((replace(DOUBTED, score=0.5),)), (found,))
+    some, every = (replace(pipeline, measures_all=asked)(TWO_BOXES).findings for asked in (False, True))
+    assert [f.size is not None for f in every] == [True] * 3
+    assert [f.size is not None for f in some] == [False, odds > 0, True]
+    for brief, whole in zip(some, every, strict=True):
+        assert (brief.accepted, brief.is_near) == (whole.accepted, whole.is_near)
+        assert brief.checks[-1].limit == whole.checks[-1].limit
+        if brief.size is not None or odds == 0:
+            assert (brief.score, brief.reason) == (whole.score, whole.reason)
+    assert [check.name for check in some[0].checks] == ["score"] and some[0].reason == "score 0.02 < 0.50"
 
 
 def test_half_the_limit_is_that_of_the_class():

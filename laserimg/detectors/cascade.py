@@ -53,11 +53,17 @@ class CascadeModel:
         if image.shape[0] < height or image.shape[1] < width:
             return Hits.none()
         times = 1 if self.coarse else 2
-        larger = cv2.resize(image, None, fx=times, fy=times, interpolation=cv2.INTER_NEAREST)
+        larger = image if self.coarse else _doubled(image)
         size = (times * width, times * height)
         boxes, _, sums = self.classifier.detectMultiScale3(
             larger, scaleFactor=2, minNeighbors=0, minSize=size, maxSize=size, outputRejectLevels=True
         )
         corners = np.asarray(boxes, np.float64).reshape(-1, 4)[:, :2] / times
         margins = np.asarray(sums, np.float64).ravel() - self.last_threshold
-        return Hits(corners, np.maximum(margins, 0))
+        # OpenCV's threads give them in any order, and of hits of one margin the first leads its group.
+        order = np.lexsort(corners.T)
+        return Hits(corners[order], np.maximum(margins[order], 0))
+
+
+def _doubled(image: Image) -> Image:
+    return np.asarray(cv2.resize(image, None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST), np.uint8)

@@ -1,7 +1,8 @@
 """Metric search: every part of the grid with the window sizes that the object has there."""
 
 from collections.abc import Iterator
-from typing import cast
+from dataclasses import dataclass
+from typing import Self, cast
 
 import cv2
 import numpy as np
@@ -21,41 +22,69 @@ MIN_FITTING = 0.2
 _CELLS = 5
 # The pitch varies slowly, apart from noise: means over this part of the grid's sides are enough.
 _PITCH_CELLS = 64
-_NO_RETURN = -128
+_NO_RETURN = -1e4
+# Heights within one and a half steps of scale fit, as logarithms.
+_FIT = 1.5 * float(np.log(SCALE_STEP))
 # Where the object is wider than here, not all of its width is asked whether it fits.
 _NARROW = 0.1
 
 
-def metric_levels(evidence: Evidence, card: Card) -> Iterator[Level]:
+@dataclass(frozen=True, eq=False, slots=True)
+class Sizes:
+    """How large a metre is in a scan: what the metric searches of all detectors share.
+
+    Parameters
+    ----------
+    heights : (H, W) array of float32
+        Logarithm of a metre's height in pixels, by range and pitch; far below any where nothing returned.
+    ratios : (h, w) array of float32
+        Width by height in pixels of what is as wide as high, in a smaller grid.
+    """
+
+    heights: Float32Array
+    ratios: Float32Array
+
+    @classmethod
+    def of(cls, evidence: Evidence) -> Self:
+        """Measure a scan."""
+        metre = np.maximum(evidence.scan.range * evidence.pitch[1], np.float32(1e-6))
+        heights = -np.asarray(cv2.log(metre), np.float32)
+        heights[~evidence.scan.valid] = _NO_RETURN
+        across, up = (_smooth(pitch) for pitch in evidence.pitch)
+        return cls(heights, up / across)
+
+
+def metric_levels(
+    evidence: Evidence, card: Card, sizes: Sizes | None = None, scale_step: float = SCALE_STEP
+) -> Iterator[Level]:
     """Yield the sizes that the object has in the grid, each with where it has it.
 
     The size in pixels is the size in metres over range times pitch, across and up separately, so
-    that the widening of a grid at steep angles is in it. Heights go in steps of `SCALE_STEP`; a
-    pixel fits the height of its range and the next smaller and larger one, since objects vary.
+    that the widening of a grid at steep angles is in it. Heights go in steps of `scale_step`; a
+    pixel fits the height of its range and others that differ by a factor of up to 1.31, since objects vary.
 
     Parameters
     ----------
     evidence : Evidence
     card : Card
         With `object_size_m`.
+    sizes : Sizes, optional
+        Of the same scan, if known already.
+    scale_step : float
     """
     width_m, height_m = cast(Pair, card.object_size_m)
-    steps = _steps(evidence, height_m)
-    across, up = (_smooth(pitch) for pitch in evidence.pitch)
-    ratios = width_m / height_m * up / across
+    sizes = sizes or Sizes.of(evidence)
+    ratios = width_m / height_m * sizes.ratios
     narrow = float(np.quantile(ratios, _NARROW))
     smallest = card.window[1] / MAX_ENLARGE / (1 + 2 * card.margin)
-    largest = steps.shape[0] / (1 + 2 * card.margin)
-    first, last = np.log([smallest, largest]) / np.log(SCALE_STEP)
-    for step in np.arange(np.ceil(first), np.floor(last) + 1):
-        yield from _levels_of_height(steps, float(step), ratios, narrow, card, evidence.scan.wraps)
-
-
-def _steps(evidence: Evidence, height_m: float) -> NDArray[np.int8]:
-    """(H, W) steps of `SCALE_STEP` of the object's height in pixels."""
-    pixels = np.float32(height_m) / np.maximum(evidence.scan.range * evidence.pitch[1], np.float32(1e-6))
-    steps = np.rint(np.log(pixels) / np.float32(np.log(SCALE_STEP)))
-    return np.where(evidence.scan.valid, np.clip(steps, -99, 99), np.float32(_NO_RETURN)).astype(np.int8)
+    largest = evidence.scan.shape[0] / (1 + 2 * card.margin)
+    first, last = np.log([smallest, largest]) / np.log(scale_step)
+    for step in np.arange(np.ceil(first), np.floor(last) + 1).tolist():
+        metre = step * np.log(scale_step) - np.log(height_m)
+        fits = float(metre - _FIT), float(metre + _FIT)
+        yield from _levels_of_height(
+            sizes.heights, scale_step**step, fits, ratios, narrow, card, evidence.scan.wraps
+        )
 
 
 def _smooth(pitch: Float32Array) -> Float32Array:
@@ -66,15 +95,21 @@ def _smooth(pitch: Float32Array) -> Float32Array:
 
 
 def _levels_of_height(
-    steps: NDArray[np.int8], step: float, ratios: Float32Array, narrow: float, card: Card, wraps: bool
+    heights: Float32Array,
+    height: float,
+    fits: Pair,
+    ratios: Float32Array,
+    narrow: float,
+    card: Card,
+    wraps: bool,
 ) -> Iterator[Level]:
     """Yield the parts of the grid where the object has one height."""
-    height, extent = SCALE_STEP**step, np.array(steps.shape[::-1])
+    extent = np.array(heights.shape[::-1])
     side = height * np.array([narrow, 1])
     cells = np.clip(np.rint(_CELLS * extent / side), 1, extent).astype(int)
     cell = extent / cells
-    sampled = cv2.resize(steps, cells.tolist(), interpolation=cv2.INTER_NEAREST_EXACT)
-    fitting = np.asarray(cv2.inRange(sampled, step - 1, step + 1), np.uint8)
+    sampled = cv2.resize(heights, cells.tolist(), interpolation=cv2.INTER_NEAREST_EXACT)
+    fitting = np.asarray(cv2.inRange(sampled, *fits), np.uint8)
     if not fitting.any():
         return
     marked = _means(fitting, side / cell, wraps) >= 255 * MIN_FITTING

@@ -2,7 +2,9 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from math import sqrt
 
+import cv2
 import numpy as np
 
 from laserimg.detectors.levels import SCALE_STEP
@@ -33,7 +35,7 @@ class Part:
     @property
     def width(self) -> float:
         """The width that is wrong by the same factor for the narrowest and the widest."""
-        return float(np.sqrt(self.narrowest * self.widest))
+        return sqrt(self.narrowest * self.widest)
 
     @property
     def spread(self) -> float:
@@ -91,16 +93,11 @@ def _parts(marked: BoolArray, widths: Float32Array, rectangles: Iterable[Rectang
     """The parts in some rectangles; none in one without a marked cell."""
     parts = []
     for rows, columns in rectangles:
-        inside = marked[rows, columns]
-        row, column = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
-        if row.size:
-            of_cells = widths[rows, columns][inside]
-            parts.append(
-                Part(
-                    slice(rows.start + int(row[0]), rows.start + int(row[-1]) + 1),
-                    slice(columns.start + int(column[0]), columns.start + int(column[-1]) + 1),
-                    float(of_cells.min()),
-                    float(of_cells.max()),
-                )
-            )
+        # These two calls of OpenCV take a tenth of the time of numpy's any, flatnonzero, min and max.
+        inside = marked[rows, columns].view(np.uint8)
+        x, y, width, height = cv2.boundingRect(inside)
+        if width > 0:
+            narrowest, widest, _, _ = cv2.minMaxLoc(widths[rows, columns], inside)
+            top, left = rows.start + y, columns.start + x
+            parts.append(Part(slice(top, top + height), slice(left, left + width), narrowest, widest))
     return parts

@@ -1,7 +1,8 @@
 """Parts of an image at any size, box by box the same place in the grid."""
 
 from dataclasses import dataclass
-from typing import Self
+from math import ceil, floor, log2
+from typing import NamedTuple, Self
 
 import cv2
 import numpy as np
@@ -71,19 +72,40 @@ class Pyramid:
         pixel : (2,) array
             Columns and rows of the grid a pixel.
         """
-        image = self.images[int(np.clip(np.log2(pixel.min()), 0, len(self.images) - 1))]
-        own = np.array(self.images[0].shape[1::-1]) / image.shape[1::-1]
-        shift = np.array([self.beyond, 0])
-        begin = np.maximum(np.floor((first + shift) / own), 0).astype(int)
-        end = np.ceil((last + shift) / own).astype(int)
-        part = image[begin[1] : end[1], begin[0] : end[0]]
-        extent = part.shape[1::-1] * own
-        size = np.maximum(np.rint(extent / pixel), 1).astype(int)
-        return View(_resized(part, *size.tolist()), begin * own - shift, extent / size)
+        halved = int(max(log2(min(pixel)), 0))
+        image = self.images[min(halved, len(self.images) - 1)]
+        across = _stretch(image.shape[1], self.images[0].shape[1], self.beyond, first[0], last[0], pixel[0])
+        down = _stretch(image.shape[0], self.images[0].shape[0], 0, first[1], last[1], pixel[1])
+        part = image[down.pixels, across.pixels]
+        return View(
+            _resized(part, across.size, down.size),
+            np.array([across.corner, down.corner]),
+            np.array([across.pixel, down.pixel]),
+        )
+
+
+class _Stretch(NamedTuple):
+    """One side of a view: which pixels of the image, and how many it has, where it begins, how large each."""
+
+    pixels: slice
+    size: int
+    corner: float
+    pixel: float
+
+
+def _stretch(side: int, whole: int, beyond: int, first: float, last: float, pixel: float) -> _Stretch:
+    own = whole / side
+    begin = max(floor((first + beyond) / own), 0)
+    end = max(min(ceil((last + beyond) / own), side), begin)
+    extent = (end - begin) * own
+    size = max(round(extent / pixel), 1)
+    return _Stretch(slice(begin, end), size, begin * own - beyond, extent / size)
 
 
 def _resized(image: Image, width: int, height: int) -> Image:
     # cv2.INTER_AREA samples, without a mean, as soon as one side grows.
     smaller = min(width, image.shape[1]), min(height, image.shape[0])
     shrunk = cv2.resize(image, smaller, interpolation=cv2.INTER_AREA)
+    if smaller == (width, height):
+        return np.asarray(shrunk, np.uint8)
     return np.asarray(cv2.resize(shrunk, (width, height), interpolation=cv2.INTER_LINEAR), np.uint8)

@@ -9,13 +9,15 @@ from laserimg.boxes import Boxes, as_boxes, inside_grid
 from laserimg.detectors.candidate import Candidate
 from laserimg.detectors.cascade import CascadeModel
 from laserimg.detectors.description import IMAGES, Describer
-from laserimg.detectors.search import Scale, WindowDetector
+from laserimg.detectors.search import Scale, Searched, WindowDetector
 from laserimg.detectors.second_stage import SecondStage, distinct
 from laserimg.detectors.window import WindowModel
 from laserimg.evidence import Evidence
 from laserimg.regions import Region
 from laserimg.scan import Float32Array
 
+# So many of the boxes that a cascade proposes are looked at, those with most hits first.
+MOST_PROPOSED = 1000
 # Candidates below are not worth a line of a result.
 MIN_SCORE = 0.005
 
@@ -43,11 +45,11 @@ class RankedDetector:
         """Return the candidates of one scan."""
         regions = evidence.regions if any(stage.regions for stage in self.stages) else ()
         boxes_of_regions = as_boxes([region.box for region in regions])
-        describe = Describer.of(evidence)
+        describe, searched = Describer.of(evidence), Searched(evidence)
         vectors_of_regions = describe(boxes_of_regions)
         candidates: list[Candidate] = []
         for stage in self.stages:
-            proposed = list(self._proposed(stage.card.label, evidence))
+            proposed = list(self._proposed(stage.card.label, searched))
             boxes = as_boxes([one.box for one in proposed])
             vectors = describe(boxes)
             if stage.regions:
@@ -57,10 +59,10 @@ class RankedDetector:
             candidates += _best(stage, proposed, boxes, vectors, describe)
         return candidates
 
-    def _proposed(self, label: str, evidence: Evidence) -> Iterator[Candidate]:
+    def _proposed(self, label: str, searched: Searched) -> Iterator[Candidate]:
         for window in self.windows:
             if window.model.card.label == label:
-                yield from window(evidence)
+                yield from sorted(window.found(searched), key=lambda one: -one.score)[:MOST_PROPOSED]
 
 
 def proposer(model: WindowModel, scale: Scale = "metric") -> WindowDetector:

@@ -1,7 +1,8 @@
 """A window detector at work: levels searched, overlapping hits grouped, margins taken off."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import cv2
@@ -11,14 +12,38 @@ from numpy.typing import NDArray
 from laserimg.boxes import Boxes, inside_grid
 from laserimg.detectors.candidate import Candidate
 from laserimg.detectors.grouping import grouped
-from laserimg.detectors.levels import Level, plain_levels
-from laserimg.detectors.metric import metric_levels
+from laserimg.detectors.levels import SCALE_STEP, Level, plain_levels
+from laserimg.detectors.metric import Sizes, metric_levels
 from laserimg.detectors.pyramid import Pyramid
 from laserimg.detectors.window import WindowModel
 from laserimg.errors import ConfigError
 from laserimg.evidence import Evidence, Image
 
 Scale = Literal["metric", "plain"]
+
+
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """A scan to search: what several detectors need of it is made once.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    """
+
+    evidence: Evidence
+    _pyramids: dict[str, Pyramid] = field(default_factory=dict, init=False)
+
+    @cached_property
+    def sizes(self) -> Sizes:
+        """How large a metre is."""
+        return Sizes.of(self.evidence)
+
+    def pyramid(self, image: str) -> Pyramid:
+        """Return the pyramid of one of the images, in gray."""
+        if image not in self._pyramids:
+            self._pyramids[image] = Pyramid.of(gray(self.evidence.images[image]), self.evidence.scan.wraps)
+        return self._pyramids[image]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -34,6 +59,8 @@ class WindowDetector:
     scale : "metric" or "plain"
         Search only the sizes the object has at each range, or all sizes everywhere. A model
         whose card has no object size is searched plainly.
+    scale_step : float
+        Factor from one size to the next of the metric search.
 
     Raises
     ------
@@ -43,6 +70,7 @@ class WindowDetector:
 
     model: WindowModel
     scale: Scale = "metric"
+    scale_step: float = SCALE_STEP
 
     def __post_init__(self) -> None:
         if self.scale not in ("metric", "plain"):
@@ -55,10 +83,18 @@ class WindowDetector:
 
     def __call__(self, evidence: Evidence) -> list[Candidate]:
         """Return the candidates of one scan."""
-        card, wraps = self.model.card, evidence.scan.wraps
+        return self.found(Searched(evidence))
+
+    def found(self, searched: Searched) -> list[Candidate]:
+        """Return the candidates of one scan that other detectors search too."""
+        evidence, card = searched.evidence, self.model.card
+        wraps = evidence.scan.wraps
         metric = self.scale == "metric" and card.object_size_m is not None
-        levels = metric_levels(evidence, card) if metric else plain_levels(evidence, card)
-        hits = search(self.model, gray(evidence.images[card.image]), levels, wraps)
+        if metric:
+            levels = metric_levels(evidence, card, searched.sizes, self.scale_step)
+        else:
+            levels = plain_levels(evidence, card)
+        hits = search_pyramid(self.model, searched.pyramid(card.image), levels)
         boxes, scores = grouped(*hits, self.model.min_neighbours, evidence.scan.shape[1] if wraps else None)
         boxes = inside_grid(_without_margin(boxes, card.margin), evidence.scan.shape, wraps)
         source = "hog" if card.kind == "hog" else "cascade"
@@ -88,7 +124,13 @@ def search(
     margins : (n,) array
         As `Hits.margins`.
     """
-    pyramid = Pyramid.of(image, wraps)
+    return search_pyramid(model, Pyramid.of(image, wraps), levels)
+
+
+def search_pyramid(
+    model: WindowModel, pyramid: Pyramid, levels: Iterable[Level]
+) -> tuple[Boxes, NDArray[np.float64]]:
+    """Run a window detector over some levels of an image of which there is a pyramid; else as `search`."""
     found = [(np.empty((0, 4)), np.empty(0)), *(_hits(model, pyramid, level) for level in levels)]
     boxes, margins = zip(*found, strict=True)
     return np.concatenate(boxes), np.concatenate(margins)
@@ -99,6 +141,8 @@ def _hits(model: WindowModel, pyramid: Pyramid, level: Level) -> tuple[Boxes, ND
     window = np.array(model.card.window)
     view = pyramid.view(*level.ends(), level.window / window)
     found = model.hits(view.image)
+    if len(found.margins) == 0:
+        return np.empty((0, 4)), found.margins
     corners = view.corner + found.corners * view.pixel
     boxes = np.concatenate([corners, np.broadcast_to(window * view.pixel, corners.shape)], axis=1)
     kept = level.holds(boxes)

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from laserimg.boxes import iou
@@ -44,6 +44,7 @@ def hits(draw, most=60):
     return np.concatenate([corner, size], axis=1), rng.integers(0, 4, count) / 2
 
 
+@settings(deadline=None)
 @given(hits(), st.integers(1, 3), st.sampled_from([None, WIDTH]), st.booleans())
 def test_groups_are_those_of_the_definition(found, least, wrap_width, with_tree):
     boxes, margins = found
@@ -57,6 +58,7 @@ def test_groups_are_those_of_the_definition(found, least, wrap_width, with_tree)
     np.testing.assert_allclose(scores, expected_scores)
 
 
+@settings(deadline=None)
 @given(hits(), st.integers(0, WIDTH - 1))
 def test_a_turn_of_the_scanner_turns_the_groups(found, turn):
     boxes, margins = found

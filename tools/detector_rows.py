@@ -9,8 +9,10 @@ from pathlib import Path
 import cv2
 
 from laserimg.cascade.xml import read_cascade_info
-from laserimg.detectors.search import WindowDetector
+from laserimg.detectors.candidate import Candidate
+from laserimg.detectors.search import Searched, WindowDetector
 from laserimg.detectors.shipped import detector_files, shipped_folder
+from laserimg.evidence import Evidence
 from laserimg.images import make_images
 from laserimg.pipeline import Pipeline
 from laserimg.scan import Scan
@@ -37,6 +39,7 @@ def detector_rows(name: str, scan: Scan) -> Iterator[Row]:
     yield under("  floor, regions and images", lambda: pipeline.observe(scan), None)
     for window in _windows(pipeline):
         yield under(f"  cascade {window.model.name}", partial(window, evidence), None)
+    yield under("  all cascades, sharing the scan", lambda: _all_found(pipeline, evidence), None)
     detectors = pipeline.detectors
     yield under("  cascades and second stages", lambda: [one(evidence) for one in detectors], None)
     yield under("  the same, measured and checked", lambda: pipeline.judge(evidence), None)
@@ -66,6 +69,11 @@ def scale_rows(name: str, scan: Scan) -> Iterator[Row]:
         yield faster(
             f"{window.model.name}, {name}", partial(window, evidence), peer, partial(plain, evidence)
         )
+
+
+def _all_found(pipeline: Pipeline, evidence: Evidence) -> list[list[Candidate]]:
+    searched = Searched(evidence)
+    return [window.found(searched) for window in _windows(pipeline)]
 
 
 def _windows(pipeline: Pipeline) -> list[WindowDetector]:

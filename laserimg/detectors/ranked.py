@@ -16,8 +16,6 @@ from laserimg.evidence import Evidence
 from laserimg.regions import Region
 from laserimg.scan import Float32Array
 
-# So many of the boxes that a cascade proposes are looked at, those with most hits first.
-MOST_PROPOSED = 1000
 # Candidates below are not worth a line of a result.
 MIN_SCORE = 0.005
 
@@ -62,7 +60,7 @@ class RankedDetector:
     def _proposed(self, label: str, searched: Searched) -> Iterator[Candidate]:
         for window in self.windows:
             if window.model.card.label == label:
-                yield from sorted(window.found(searched), key=lambda one: -one.score)[:MOST_PROPOSED]
+                yield from window.found(searched)
 
 
 def proposer(model: WindowModel, scale: Scale = "metric") -> WindowDetector:

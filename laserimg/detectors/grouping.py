@@ -52,9 +52,8 @@ def grouped(
     beside = boxes.copy()
     if wrap_width is not None:  # all beside the best of their group, not a turn away from it
         beside[:, 0] -= np.rint((boxes[:, 0] - boxes[first[group], 0]) / wrap_width) * wrap_width
-    count, score = (
-        np.bincount(group, weights, len(first)) for weights in (np.ones_like(margins), 1 + margins)
-    )
+    count = np.bincount(group, minlength=len(first))
+    score = np.asarray(np.bincount(group, 1 + margins, len(first)), np.float64)
     sums = np.stack([np.bincount(group, side, len(first)) for side in beside.T], axis=1)
     kept = count >= min_neighbours
     return sums[kept] / count[kept, None], score[kept]

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analytic import boxes_and_floor, ray_grid
+from laserimg.boxes import iou
 from laserimg.cli import main
 from laserimg.cli.train_recipe import rules_of
 from laserimg.detectors.description import IMAGES, Describer
@@ -29,8 +30,9 @@ from laserimg.recipes import observation, scans
 from laserimg.recipes.cards import card_of, is_described_by, write_card_beside
 from laserimg.recipes.cascade_samples import COPIES, samples_of
 from laserimg.recipes.from_mesh import rules_of_mesh
-from laserimg.recipes.look_samples import Proposed, samples_of_look
+from laserimg.recipes.look_samples import Proposed, Samples, samples_of_look
 from laserimg.recipes.recipe import read_recipe
+from laserimg.recipes.scoring import overlap_after, trained_judge
 from laserimg.recipes.threshold import chances
 from laserimg.rules.file import load_rules, parse_rules
 from laserimg.simulate.user_mesh import UserThing, user_thing
@@ -139,6 +141,39 @@ def test_chances_are_those_that_hits_were_drawn_with(slope, shift, odds, seed):
     margins, passed = rng.normal(0, 2, 6000), rng.uniform(size=6000) < 0.5
     hits = rng.uniform(size=6000) < 1 / (1 + np.exp(-(slope * margins + shift + odds * passed)))
     assert chances(margins, passed, hits) == pytest.approx((slope, shift, odds), abs=0.5)
+
+
+@settings(deadline=None)
+@given(st.integers(0, 9999))
+def test_what_a_box_overlaps_after_its_correction_is_what_iou_says(seed):
+    rng = np.random.default_rng(seed)
+    boxes = np.concatenate([rng.uniform(0, 50, (9, 2)), rng.uniform(5, 20, (9, 2))], axis=1)
+    moves = rng.uniform(-0.4, 0.4, (9, 4))
+    look = Look(
+        np.zeros(9, np.float32), 0.0, np.float32(rng.uniform(-0.3, 0.3, (4, 9))), np.float32([0, 0.1, 0, 0])
+    )
+    vectors = np.eye(9, dtype=np.float32)
+    middle, size = boxes[:, :2] + boxes[:, 2:] * (0.5 + moves[:, :2]), boxes[:, 2:] * np.exp(moves[:, 2:])
+    wanted = iou(look.corrected(boxes, vectors), np.concatenate([middle - size / 2, size], axis=1)).diagonal()
+    samples = Samples(vectors.astype(np.float16), vectors, np.ones(9, np.float32), moves.astype(np.float32))
+    assert overlap_after(look, samples) == pytest.approx(wanted, abs=1e-3)
+
+
+def test_the_judge_learns_from_boxes_that_the_last_correction_puts_on_their_object():
+    """Of 3 kinds of box, told apart by a number each: on the object, off it, put on it by the correction."""
+    kinds = np.repeat(np.eye(3, dtype=np.float32), 80, axis=0)
+    moves = np.zeros((240, 4), np.float32)
+    moves[80:160, 0], moves[160:, 0] = 0.45, 0.45
+    look = Look(
+        np.zeros(3, np.float32),
+        0.0,
+        np.float32([[0, 0, 0.45], [0] * 3, [0] * 3, [0] * 3]),
+        np.zeros(4, np.float32),
+    )
+    overlap = np.repeat(np.float32([1.0, 0.37, 0.37]), 80)
+    judge = trained_judge(Samples(kinds.astype(np.float16), kinds, overlap, moves), look)
+    on, off, put = judge(np.eye(3, dtype=np.float32))
+    assert on > 0 > off and put == pytest.approx(on)
 
 
 @pytest.fixture
@@ -261,7 +296,7 @@ def test_a_look_learns_boxes_where_the_look_before_has_put_them(tmp_path):
     assert first.moves[0] == pytest.approx([0, 0, 0, 0]) and first.moves[1] == pytest.approx(
         [-1 / 3, 0, 0, 0]
     )
-    assert (first.overlap < 0.35).sum() >= 1 and first.margins.shape == (len(first.overlap), 0)
+    assert (first.overlap < 0.35).sum() >= 1 and first.numbers.shape == (len(first.overlap), 0)
     describe = Describer.of(observation.observed(one.scan.path))
     nothing = describe(one.boxes[2:3]).astype(np.float16)[0]
     kept_out = describe(one.boxes[3:]).astype(np.float16)[0]
@@ -272,12 +307,12 @@ def test_a_look_learns_boxes_where_the_look_before_has_put_them(tmp_path):
     weights = np.random.default_rng(0).normal(size=length).astype(np.float32)
     still = np.float32([1 / 3, 0, 0, 0])
     look = Look(weights, 0.5, np.zeros((4, length), np.float32), still)
-    second, _ = samples_of_look(recipe, (look,), [one], 1)
+    second, _ = samples_of_look(recipe, (look,), [one], 1, judged=True)
     # The look has moved all by a third of their width: what was the object is now half on it.
     assert second.overlap[0] == pytest.approx(0.5, abs=0.01)
-    assert second.margins[0, 0] == pytest.approx(look.margins(describe(one.boxes[:1]))[0], rel=1e-4)
     moved = look.corrected(one.boxes[:1], np.zeros((1, length), np.float32))
     np.testing.assert_array_equal(second.vectors[0], describe(moved).astype(np.float16)[0])
+    np.testing.assert_array_equal(second.numbers[0], seen_by_judge(describe, moved, describe(moved))[0])
 
 
 def test_only_the_most_promising_proposals_reach_the_second_look(tmp_path):

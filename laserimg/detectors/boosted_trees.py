@@ -1,4 +1,4 @@
-"""Boosted trees of two questions over vectors of numbers."""
+"""Boosted trees of a few questions each, over vectors of numbers."""
 
 from dataclasses import dataclass
 
@@ -7,21 +7,21 @@ from numpy.typing import NDArray
 
 from laserimg.scan import Float32Array
 
-# Nodes of a tree: the first question, the one on its left, the one on its right.
-NODES, LEAVES = 3, 4
+# No tree asks more questions on the way to an answer.
+MAX_DEPTH = 8
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BoostedTrees:
-    """A sum of trees, each with two questions on the way to an answer.
+    """A sum of complete trees: each asks as many questions on the way to every answer.
 
     Parameters
     ----------
-    features : (trees, 3) array of int32
-        Which number each node asks for: the root, its left child, its right child.
-    thresholds : (trees, 3) array of float32
+    features : (trees, 2**depth - 1) array of int32
+        Which number each node asks for, level by level: the children of node i are 2 i + 1 and 2 i + 2.
+    thresholds : (trees, 2**depth - 1) array of float32
         Numbers below go left.
-    answers : (trees, 4) array of float32
+    answers : (trees, 2**depth) array of float32
         Of the leaves, from left to right.
 
     Raises
@@ -43,13 +43,23 @@ class BoostedTrees:
     answers: Float32Array
 
     def __post_init__(self) -> None:
-        trees = len(self.features)
-        shapes = self.features.shape, self.thresholds.shape, self.answers.shape
-        if shapes != ((trees, NODES), (trees, NODES), (trees, LEAVES)):
-            raise ValueError(f"trees have {NODES} questions and {LEAVES} answers each, not {shapes}")
+        trees, leaves = self.answers.shape
+        nodes = trees, leaves - 1
+        if self.features.shape != nodes or self.thresholds.shape != nodes or leaves != 2**self.depth:
+            shapes = self.features.shape, self.thresholds.shape, self.answers.shape
+            raise ValueError(f"trees have 2**depth - 1 questions and 2**depth answers each, not {shapes}")
+
+    @property
+    def depth(self) -> int:
+        """Questions on the way to an answer, at most `MAX_DEPTH`."""
+        return min(self.answers.shape[1].bit_length() - 1, MAX_DEPTH)
 
     def __call__(self, vectors: Float32Array) -> NDArray[np.float64]:
         """Return the sum of the answers (n,) to vectors (n, d)."""
-        right = vectors[:, self.features] >= self.thresholds
-        leaf = np.where(right[..., 0], 2 + right[..., 2], right[..., 1].astype(np.intp))
-        return self.answers[np.arange(len(self.features)), leaf].sum(axis=1, dtype=np.float64)
+        tree, row = np.arange(len(self.features)), np.arange(len(vectors))[:, None]
+        node = np.zeros((len(vectors), len(self.features)), np.intp)
+        for _ in range(self.depth):
+            right = vectors[row, self.features[tree, node]] >= self.thresholds[tree, node]
+            node = 2 * node + 1 + right
+        leaf = node - self.features.shape[1]
+        return self.answers[tree, leaf].sum(axis=1, dtype=np.float64)

@@ -4,11 +4,12 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from laserimg.boxes import Boxes
 from laserimg.descriptors.hog import hog
 from laserimg.descriptors.layout import Layout
+from laserimg.detectors.box_samples import near_range, pixels_of
 from laserimg.detectors.crops import resampled
 from laserimg.detectors.lookup import cell_means, honv_of_colours
 from laserimg.detectors.pyramid import Pyramid
@@ -21,9 +22,6 @@ SURROUNDINGS = 0.2
 SIDE = 32
 LAYOUT = Layout(cells=8, n_alpha=9, n_theta=3, n_phi=8)
 CELLS = 8
-# The range of a window is this quantile of the returns in it: a chair's middle looks through to the wall.
-NEAR = 0.3
-_SAMPLES = 12
 # So many windows stay in the processor's cache.
 _AT_ONCE = 64
 # Places of the soft bins: logarithms of width, height and range in metres; height of the foot over the floor.
@@ -33,6 +31,7 @@ _BINS = (
     np.linspace(np.log(0.5), np.log(40.0), 8),
     np.linspace(-1.0, 3.0, 17),
 )
+_MIDDLE, _END = np.array([0.5]), np.array([1.0])
 # Of vectors of about length 1, so that no part outweighs the others in a linear SVM: tried on wastebaskets.
 _WEIGHTS = {"honv": 0.1, "hog": 0.1, "depth": 0.5, "known": 0.3, "normals": 0.4, "size": 0.7}
 
@@ -109,8 +108,8 @@ def _seen(pixels: NDArray[np.uint8]) -> Float32Array:
 
 def _sizes(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> Float32Array:
     """Soft histograms of width, height, range and foot; those of a foot are 0 without a floor."""
-    range_m = _near_range(evidence, ranges, boxes)
-    middle = _pixels(evidence, boxes, (0.5,), (0.5,))[:, 0]
+    range_m = near_range(evidence, ranges, boxes)
+    middle = pixels_of(evidence, boxes, _MIDDLE, _MIDDLE)[:, 0]
     across, up = (pitch.ravel()[middle] for pitch in evidence.pitch)
     width, height = (
         np.log(np.maximum(boxes[:, i] * pitch * range_m, 1e-3)) for i, pitch in ((2, across), (3, up))
@@ -119,31 +118,9 @@ def _sizes(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> Float32Arr
     floor = evidence.floor
     if floor is None:
         return np.concatenate([*found, np.zeros((len(boxes), len(_BINS[3])), np.float32)], axis=1)
-    bottom = _pixels(evidence, boxes, (0.5,), (1.0,))[:, 0]
+    bottom = pixels_of(evidence, boxes, _MIDDLE, _END)[:, 0]
     foot = floor.height_of(evidence.scan.directions.reshape(-1, 3)[bottom] * range_m[:, None])
     return np.concatenate([*found, _soft(foot, _BINS[3])], axis=1)
-
-
-def _near_range(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> NDArray[np.float64]:
-    """(n,) metres; 1 where nothing returned."""
-    places = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
-    pixels = _pixels(evidence, boxes, places, places)
-    found = ranges[pixels].astype(np.float64)
-    found.sort(axis=1)
-    count = np.isfinite(found).sum(axis=1)
-    near = found[np.arange(len(boxes)), (NEAR * np.maximum(count - 1, 0)).astype(np.intp)]
-    return np.where(count > 0, np.clip(near, 0.1, 1e4), 1.0)
-
-
-def _pixels(evidence: Evidence, boxes: Boxes, across: ArrayLike, down: ArrayLike) -> NDArray[np.intp]:
-    """(n, places) flattened positions of places in boxes, as shares of their sides."""
-    height, width = evidence.scan.shape
-    across, down = np.asarray(across), np.asarray(down)
-    columns = np.floor(boxes[:, 0, None] + boxes[:, 2, None] * across - 1e-6).astype(np.intp)
-    rows = np.floor(boxes[:, 1, None] + boxes[:, 3, None] * down - 1e-6).astype(np.intp)
-    columns = columns % width if evidence.scan.wraps else np.clip(columns, 0, width - 1)
-    pixels = np.clip(rows, 0, height - 1)[:, :, None] * width + columns[:, None, :]
-    return pixels.reshape(len(boxes), len(across) * len(down))
 
 
 def _soft(values: NDArray, places: NDArray[np.float64]) -> Float32Array:

@@ -82,7 +82,8 @@ def _best(
     """Candidates with their scores and corrected boxes, each object once."""
     scan = describe.evidence.scan
     width = scan.shape[1] if scan.wraps else None
-    places, moved, scores = stage.looked_at(describe, boxes, vectors)
+    places, moved, sums, means = stage.looked_at(describe, boxes, vectors)
+    scores = stage.scores(sums, means)
     moved = inside_grid(moved, scan.shape, scan.wraps)
     seen = np.flatnonzero((scores >= MIN_SCORE) & (moved[:, 2:] > 0).all(axis=1))
     kept = seen[distinct(moved[seen], scores[seen], width)]

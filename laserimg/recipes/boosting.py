@@ -1,101 +1,68 @@
-"""Training boosted trees over numbers, with the boosting of the cascades."""
-
-from dataclasses import dataclass
+"""Training boosted trees over numbers."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.cascade.boosting import grow_tree, trimmed, working_sample
-from laserimg.cascade.histograms import HAAR, Binned
-from laserimg.cascade.model import Tree
-from laserimg.cascade.splits import Split, best_threshold
-from laserimg.detectors.boosted_trees import LEAVES, NODES, BoostedTrees
+from laserimg.detectors.boosted_trees import BoostedTrees
 from laserimg.scan import Float32Array
 
-ROUNDS, DEPTH = 200, 2
-# Each tree counts for less than it says, so that those after it can disagree.
-SHRINKAGE = 0.2
-# Samples that together hold so little of the weight are left out of a round.
-_TRIM = 0.99
-# Numbers whose splits are found exactly, after the histograms.
-_FINALISTS = 4
-# Places of bins are quantiles of every seventh sample.
-_EVERY = 7
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class NumberSearch:
-    """Finds the number that best divides weighted samples (`laserimg.cascade.search.Search`).
-
-    Parameters
-    ----------
-    numbers : (d, n) array of float32
-    table : Binned
-        The same, in bins.
-    """
-
-    numbers: Float32Array
-    table: Binned
-
-    @classmethod
-    def of(cls, vectors: Float32Array, positive: NDArray[np.bool_]) -> "NumberSearch":
-        """Sort vectors (n, d) into bins."""
-        numbers = np.ascontiguousarray(vectors.T)
-        shares = np.linspace(0, 1, HAAR.bins + 1)[1:-1]
-        codes = np.empty(numbers.shape, np.uint8)
-        for row, code in zip(numbers, codes, strict=True):
-            edges = np.unique(np.quantile(row[::_EVERY], shares))
-            code[:] = np.searchsorted(edges, row, side="right")
-        codes += np.uint8(HAAR.bins) * positive
-        return cls(numbers, Binned.of(codes, HAAR))
-
-    def best(self, weights: NDArray[np.float64], targets: NDArray[np.float64]) -> Split | None:
-        """Return the best split; exact among the finalists of the histograms."""
-        gains = self.table.gains(weights, targets)
-        finalists = np.sort(np.argsort(-gains, kind="stable")[:_FINALISTS])
-        return best_threshold(finalists, self.numbers[finalists], weights, targets)
+# On wastebaskets, office chairs and doors 600 trees of half the step, or of 31 leaves, were no better.
+ROUNDS, DEPTH, STEP = 300, 4, 0.1
+# Pulls the answers to 0.
+_RIDGE = 1.0
 
 
 def fit_trees(vectors: Float32Array, positive: NDArray[np.bool_], rounds: int = ROUNDS) -> BoostedTrees:
-    """Return trees by Gentle AdaBoost whose sum is above 0 for positive samples.
+    """Return trees whose sum is larger for positive samples.
 
-    J. Friedman, T. Hastie and R. Tibshirani, "Additive logistic regression", Annals of Statistics 28(2),
-    2000, doi:10.1214/aos/1016218223; with shrinkage (J. Friedman, "Greedy function approximation", Annals of
-    Statistics 29(5), 2001, doi:10.1214/aos/1013203451, section 5).
+    Gradient boosting of the logistic loss on histograms (J. Friedman, "Greedy function approximation", Annals
+    of Statistics 29(5), 2001, doi:10.1214/aos/1013203451) by scikit-learn; what runs, and is kept, are the
+    arrays of `BoostedTrees`. Differs in that the sum has no constant: what it means is learnt later.
 
     Parameters
     ----------
     vectors : (n, d) array of float32
     positive : (n,) array of bool
     rounds : int
-        Trees; fewer if no number tells the samples apart any more.
+        Trees.
     """
-    search = NumberSearch.of(vectors, positive)
-    labels = np.where(positive, 1.0, -1.0)
-    scores = np.zeros(len(labels))
-    trees: list[Tree] = []
-    for _ in range(rounds):
-        weights, targets = working_sample("gentle", labels, scores)
-        grown = grow_tree("gentle", search, trimmed(weights, _TRIM), targets, DEPTH)
-        if grown is None:
-            break
-        tree, leaf_of = grown
-        scores += SHRINKAGE * tree.leaves[leaf_of]
-        trees.append(tree)
-    return _complete(trees)
+    from sklearn.ensemble import HistGradientBoostingClassifier  # seconds that runs do not need
+
+    machine = HistGradientBoostingClassifier(
+        learning_rate=STEP,
+        max_iter=rounds,
+        max_depth=DEPTH,
+        max_leaf_nodes=2**DEPTH,
+        l2_regularization=_RIDGE,
+        early_stopping=False,
+        random_state=0,
+    ).fit(vectors, positive)
+    # There is no public way to the trees; a test compares their sum with the machine's own.
+    trees = [_complete(tree.nodes) for (tree,) in machine._predictors]
+    features, thresholds, answers = (np.stack(parts) for parts in zip(*trees, strict=True))
+    return BoostedTrees(features, thresholds, answers)
 
 
-def _complete(trees: list[Tree]) -> BoostedTrees:
-    """The trees with three questions each; where there is none, all go left."""
-    features = np.zeros((len(trees), NODES), np.int32)
-    thresholds = np.full((len(trees), NODES), np.inf, np.float32)
-    answers = np.zeros((len(trees), LEAVES), np.float32)
-    for tree, feature, threshold, answer in zip(trees, features, thresholds, answers, strict=True):
-        feature[0], threshold[0] = tree.features[0], tree.thresholds[0]
-        for side, child in enumerate(tree.children[0]):
-            if child > 0:
-                feature[1 + side], threshold[1 + side] = tree.features[child], tree.thresholds[child]
-                answer[2 * side : 2 * side + 2] = tree.leaves[-tree.children[child]]
-            else:
-                answer[2 * side] = tree.leaves[-child]
-    return BoostedTrees(features, thresholds, answers * np.float32(SHRINKAGE))
+def _complete(nodes: NDArray) -> tuple[NDArray[np.int32], Float32Array, Float32Array]:
+    """A tree of scikit-learn as a complete one: below a leaf no number is too large to go left."""
+    features = np.zeros(2**DEPTH - 1, np.int32)
+    thresholds = np.full(2**DEPTH - 1, np.inf, np.float32)
+    answers = np.zeros(2**DEPTH, np.float32)
+    waiting = [(0, 0)]
+    while waiting:
+        place, number = waiting.pop()
+        node = nodes[number]
+        if node["is_leaf"]:
+            while place < len(features):
+                place = 2 * place + 1
+            answers[place - len(features)] = node["value"]
+        else:
+            features[place], thresholds[place] = node["feature_idx"], _above(node["num_threshold"])
+            waiting += [(2 * place + 1, node["left"]), (2 * place + 2, node["right"])]
+    return features, thresholds, answers
+
+
+def _above(limit: float) -> np.float32:
+    """The least number of 32 bits above a limit: what is not above it goes left."""
+    nearest = np.float32(limit)
+    return nearest if float(nearest) > limit else np.nextafter(nearest, np.float32(np.inf))

@@ -15,7 +15,7 @@ from laserimg.detectors.description import Describer
 from laserimg.detectors.look import Look
 from laserimg.detectors.ranked import proposer
 from laserimg.detectors.search import WindowDetector
-from laserimg.detectors.second_stage import MOST
+from laserimg.detectors.second_stage import MOST, seen
 from laserimg.detectors.shipped import load_model
 from laserimg.evidence import Evidence
 from laserimg.recipes.observation import killed, observed
@@ -46,8 +46,8 @@ class Samples:
     Parameters
     ----------
     vectors : (n, d) array of float16
-    margins : (n, k) array of float32
-        What the looks before said.
+    numbers : (n, e) array of float32
+        What the judge sees of them (`seen`); no columns for a look that is not the last.
     overlap : (n,) array of float32
         Of each box with the object it overlaps most.
     moves : (n, 4) array of float32
@@ -55,7 +55,7 @@ class Samples:
     """
 
     vectors: NDArray[np.float16]
-    margins: NDArray[np.float32]
+    numbers: NDArray[np.float32]
     overlap: NDArray[np.float32]
     moves: NDArray[np.float32]
 
@@ -102,6 +102,7 @@ def samples_of_look(
     proposed: list[Proposed],
     jobs: int,
     tell: Callable[[], None] = lambda: None,
+    judged: bool = False,
 ) -> tuple[Samples, list[Proposed]]:
     """Return what the look after some looks is trained on, and the proposals that got as far.
 
@@ -114,9 +115,11 @@ def samples_of_look(
     jobs : int
     tell : function
         Called after each scan.
+    judged : bool
+        This look is the last: what the judge sees is asked for too.
     """
     found: dict[int, tuple[Samples, Proposed]] = {}
-    work = partial(_samples, recipe, looks)
+    work = partial(_samples, recipe, looks, judged)
     for samples, left in unordered(work, proposed, jobs, lambda one: _died((one.number, one.scan))):
         found[left.number] = samples, left
         tell()
@@ -128,7 +131,7 @@ def joined(parts: Sequence[Samples]) -> Samples:
     """Return all samples together."""
     return Samples(
         np.concatenate([one.vectors for one in parts]),
-        np.concatenate([one.margins for one in parts]),
+        np.concatenate([one.numbers for one in parts]),
         np.concatenate([one.overlap for one in parts]),
         np.concatenate([one.moves for one in parts]),
     )
@@ -154,7 +157,9 @@ def _proposed(recipe: Recipe, cascades: tuple[Path, ...], item: tuple[int, Train
     return Proposed(number, scan, boxes, *scan.objects(recipe))
 
 
-def _samples(recipe: Recipe, looks: tuple[Look, ...], one: Proposed) -> tuple[Samples, Proposed]:
+def _samples(
+    recipe: Recipe, looks: tuple[Look, ...], judged: bool, one: Proposed
+) -> tuple[Samples, Proposed]:
     learnt = one.learnt
     rng = np.random.default_rng([recipe.seed, one.number, 1 + len(looks)])
     with one_cv2_thread():
@@ -162,11 +167,12 @@ def _samples(recipe: Recipe, looks: tuple[Look, ...], one: Proposed) -> tuple[Sa
         describe = Describer.of(evidence)
         left = _most_promising(looks[0], one.boxes, describe) if looks else one.boxes
         boxes = np.concatenate([left, _copies(learnt, rng)])
-        parts = [_taught(describe, boxes, learnt, one.kept_out, looks, rng)]
+        parts = [_taught(describe, boxes, learnt, one.kept_out, looks, judged, rng)]
         for box in learnt:
             if rng.uniform() < recipe.shadows:
                 shaded, rest = in_shadow(evidence, box, rng)
-                parts.append(_taught(Describer.of(shaded), _copies(rest, rng), rest, learnt, looks, rng))
+                copies = _copies(rest, rng)
+                parts.append(_taught(Describer.of(shaded), copies, rest, learnt, looks, judged, rng))
     return joined(parts), replace(one, boxes=left)
 
 
@@ -187,31 +193,30 @@ def _taught(
     learnt: Boxes,
     kept_out: Boxes,
     looks: tuple[Look, ...],
+    judged: bool,
     rng: np.random.Generator,
 ) -> Samples:
     """What is learnt of one scan from boxes as the looks before put them.
 
     A box that overlaps what is kept out teaches nothing, unless it is of an object that is learnt.
     """
-    margins = np.empty((len(boxes), len(looks)), np.float32)
-    for number, look in enumerate(looks):
-        vectors = describe(boxes)
-        margins[:, number] = look.margins(vectors)
-        boxes = look.corrected(boxes, vectors)
+    for look in looks:
+        boxes = look.corrected(boxes, describe(boxes))
     scan = describe.evidence.scan
     width = scan.shape[1] if scan.wraps else None
     overlap, nearest = _overlap(boxes, learnt, width)
-    clear = (_overlap(boxes, kept_out, width)[0] < _UNCLEAR) | (overlap >= OF_OBJECT)
+    clear = (overlap_with(kept_out, boxes, width) < _UNCLEAR) | (overlap >= OF_OBJECT)
     none = np.flatnonzero((overlap < OF_NONE) & clear)
     if not looks:
         none = rng.permutation(none)[:OF_SCAN]
     chosen = np.sort(np.concatenate([none, np.flatnonzero(overlap >= CORRECTED)]))
-    objects = learnt[nearest[chosen]] if len(learnt) else boxes[chosen]
+    overlap, boxes, nearest = overlap[chosen], boxes[chosen], nearest[chosen]
+    vectors = describe(boxes)
     return Samples(
-        describe(boxes[chosen]).astype(np.float16),
-        margins[chosen],
-        overlap[chosen].astype(np.float32),
-        _moves(boxes[chosen], objects, width).astype(np.float32),
+        vectors.astype(np.float16),
+        seen(describe, boxes, vectors) if judged else np.empty((len(boxes), 0), np.float32),
+        overlap.astype(np.float32),
+        _moves(boxes, learnt[nearest] if len(learnt) else boxes, width).astype(np.float32),
     )
 
 
@@ -221,6 +226,11 @@ def _copies(boxes: Boxes, rng: np.random.Generator) -> Boxes:
     middle = copies[:, :2] + copies[:, 2:] * (0.5 + rng.uniform(-MAX_SHIFT, MAX_SHIFT, (len(copies), 2)))
     size = copies[:, 2:] * np.exp(rng.uniform(-MAX_GROWTH, MAX_GROWTH, (len(copies), 2)))
     return np.concatenate([boxes, np.concatenate([middle - size / 2, size], axis=1)])
+
+
+def overlap_with(objects: Boxes, boxes: Boxes, width: int | None) -> NDArray[np.float64]:
+    """Return the overlap (n,) of each of boxes (n, 4) with the object it overlaps most; 0 without any."""
+    return _overlap(boxes, objects, width)[0]
 
 
 def _overlap(boxes: Boxes, objects: Boxes, width: int | None) -> tuple[NDArray, NDArray]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from laserimg.detectors.second_stage import SecondStage, save_second_stage
 from laserimg.files import atomic_write
 from laserimg.recipes.cards import write_card_beside
+from laserimg.recipes.fusing import fused
 from laserimg.recipes.measuring import StepScore, measured
 from laserimg.recipes.proposing import train_proposer
 from laserimg.recipes.recipe import Recipe
@@ -73,6 +74,8 @@ def follow(recipe: Recipe, run: TrainingRun, rules: ClassRules, step: Steps) -> 
     with step(f"{recipe.label}: second stage", scans_looked_at(len(train))) as tell:
         stage = train_second_stage(recipe, cascades, train, run.jobs, tell)
     tune = run.scans(recipe, "tune", step)
+    with step(f"{recipe.label}: weights", len(tune)) as tell:
+        stage = fused(stage, recipe, cascades, tune, run.jobs, tell)
     second = _write(stage, run.out / f"{recipe.label}.npz")
     models = [*cascades, second]
     with step(f"{recipe.label}: chances", len(tune)) as tell:

@@ -55,7 +55,7 @@ def with_chances(
     Parameters
     ----------
     stage : SecondStage
-        As its file among the models holds it: slope 1, no shift, and nothing for passed checks.
+        As its file among the models holds it, with nothing for passed checks.
     models : list of Path
         Cascades and second stage.
     recipe : Recipe
@@ -75,7 +75,8 @@ def with_chances(
     if not hits.any() or hits.all():
         return stage
     slope, shift, odds = chances(margins, passed, hits)
-    return replace(stage, slope=slope, shift=shift, passed=odds)
+    slopes = slope * stage.slope, slope * stage.lean
+    return replace(stage, slope=slopes[0], lean=slopes[1], shift=slope * stage.shift + shift, passed=odds)
 
 
 def chances(
@@ -83,7 +84,7 @@ def chances(
 ) -> tuple[float, float, float]:
     """Return slope, shift and odds: the log odds of a hit are ``slope * margin + shift + odds * passed``.
 
-    The most likely ones (logistic regression, J. Platt 1999), with a slope and odds that are not negative.
+    The most likely ones (J. Platt 1999, by `fitted_odds`), with a slope and odds that are not negative.
 
     Examples
     --------
@@ -93,16 +94,36 @@ def chances(
     >>> slope > 0, odds
     (True, 0.0)
     """
+    (slope, odds), shift = fitted_odds(np.stack([margins, passed], axis=1), hits, most=(50, 10))
+    return slope, shift, odds
+
+
+def fitted_odds(
+    numbers: NDArray[np.float64], hits: NDArray[np.bool_], most: tuple[float, ...]
+) -> tuple[tuple[float, ...], float]:
+    """Return weights, none negative, and shift of the log odds of a hit: ``numbers @ weights + shift``.
+
+    Logistic regression. A weak pull of the first weight to 1 keeps it finite when hits and others do not
+    overlap.
+
+    Parameters
+    ----------
+    numbers : (n, k) array
+    hits : (n,) array of bool
+    most : tuple of k floats
+        The largest weights; the first is at least 0.05.
+    """
     signs = np.where(hits, 1.0, -1.0)
 
     def loss(values: NDArray[np.float64]) -> float:
-        log_odds = values[0] * margins + values[1] + values[2] * passed
-        # A weak pull to a slope of 1 keeps it finite when hits and misses do not overlap.
+        log_odds = numbers @ values[:-1] + values[-1]
         return float(np.logaddexp(0, -signs * log_odds).sum() + 0.1 * (values[0] - 1) ** 2)
 
-    found = minimize(loss, [1.0, 0.0, 0.0], bounds=[(0.05, 50), (-50, 50), (0, 10)], method="L-BFGS-B")
-    slope, shift, odds = (float(value) for value in found.x)
-    return slope, shift, odds
+    first, *others = most
+    bounds = [(0.05, first), *((0, one) for one in others), (-50, 50)]
+    start = [1.0, *(0.0 for _ in others), 0.0]
+    *weights, shift = minimize(loss, start, bounds=bounds, method="L-BFGS-B").x.tolist()
+    return tuple(weights), shift
 
 
 def _judged(recipe: Recipe, models: tuple[Path, ...], rules: Sent, scan: TrainingScan) -> Judged:

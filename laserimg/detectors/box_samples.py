@@ -1,0 +1,73 @@
+"""Samples of boxes in a scan: pixels at shares of their sides, and the range of what is near in them."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from laserimg.boxes import Boxes
+from laserimg.evidence import Evidence
+from laserimg.scan import Float32Array
+
+# The range of a window is this quantile of the returns in it: a chair's middle looks through to the wall.
+_NEAR_SHARE = 0.3
+_RANGE_SAMPLES = 12
+
+
+def near_range(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> NDArray[np.float64]:
+    """Return the range (n,) in metres of what is near in each of boxes (n, 4); 1 where nothing returned.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    ranges : (H * W,) array of float32
+        Metres; infinite where nothing returned.
+    boxes : (n, 4) array
+    """
+    places = (np.arange(_RANGE_SAMPLES) + 0.5) / _RANGE_SAMPLES
+    found = ranges[pixels_of(evidence, boxes, places, places)].astype(np.float64)
+    near = quantiles(found, np.isfinite(found), (_NEAR_SHARE,))[0]
+    return np.where(np.isfinite(near), np.clip(near, 0.1, 1e4), 1.0)
+
+
+def pixels_of(evidence: Evidence, boxes: Boxes, across: NDArray, down: NDArray) -> NDArray[np.intp]:
+    """Return flattened positions (n, places) of places in boxes (n, 4), as shares of their sides.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    boxes : (n, 4) array
+    across, down : (k,), (m,) arrays
+        places = m * k, row by row.
+    """
+    height, width = evidence.scan.shape
+    columns = np.floor(boxes[:, 0, None] + boxes[:, 2, None] * across - 1e-6).astype(np.intp)
+    rows = np.floor(boxes[:, 1, None] + boxes[:, 3, None] * down - 1e-6).astype(np.intp)
+    columns = columns % width if evidence.scan.wraps else np.clip(columns, 0, width - 1)
+    pixels = np.clip(rows, 0, height - 1)[:, :, None] * width + columns[:, None, :]
+    return pixels.reshape(len(boxes), len(across) * len(down))
+
+
+def quantiles(
+    values: NDArray, counted: NDArray[np.bool_], shares: tuple[float, ...]
+) -> list[NDArray[np.float64]]:
+    """Return the values (n,) at some shares of those counted in each row; NaN where none is.
+
+    The values are not interpolated.
+
+    Parameters
+    ----------
+    values : (n, k) array
+    counted : (n, k) array of bool
+    shares : tuple of float
+
+    Examples
+    --------
+    >>> values = np.array([[3.0, 1, 2, 9]])
+    >>> low, high = quantiles(values, np.array([[True, True, True, False]]), (0, 1))
+    >>> float(low[0]), float(high[0])
+    (1.0, 3.0)
+    """
+    ordered = np.sort(np.where(counted, values, np.inf), axis=1)
+    last = counted.sum(axis=1) - 1
+    ordered[last < 0] = np.nan
+    row = np.arange(len(ordered))
+    return [ordered[row, (share * np.maximum(last, 0)).astype(np.intp)] for share in shares]

@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.boxes import split_at_seam
+from laserimg.captions import caption_places
 from laserimg.geometry.pitch import angular_pitch
 from laserimg.images import make_image
 from laserimg.pipeline import Finding, Result
@@ -16,7 +17,8 @@ GREEN, RED, WHITE, BLACK = (60, 220, 60), (235, 70, 70), (255, 255, 255), (0, 0,
 MIN_WIDTH, MAX_WIDTH = 1400, 2800
 # Beyond this many, the reasons would hide the picture; the table has them all.
 MAX_REASONS = 12
-_FONT = cv2.FONT_HERSHEY_SIMPLEX
+_FONT, _SIZE = cv2.FONT_HERSHEY_SIMPLEX, 0.5
+_PADDING, _BELOW_LINE = 2, 6
 
 
 def picture_scale(scan: Scan) -> tuple[float, float]:
@@ -60,11 +62,11 @@ def overlay(result: Result, kind: str = "normals") -> Picture:
     near = [finding for finding in result.rejected if finding.is_near]
     for finding in near:
         _draw_box(picture, finding, scan, scale, RED, 1)
-    for finding in near[:MAX_REASONS]:
-        _draw_text(picture, finding, scale, f"{finding.label}: {finding.reason}", RED)
     for finding in result.detections:
         _draw_box(picture, finding, scan, scale, GREEN, 3)
-        _draw_text(picture, finding, scale, caption(finding), GREEN)
+    captions = [(finding, caption(finding), GREEN) for finding in result.detections]
+    reasons = [(finding, f"{finding.label}: {finding.reason}", RED) for finding in near[:MAX_REASONS]]
+    _draw_captions(picture, scale, [*captions, *reasons])
     return picture
 
 
@@ -89,12 +91,19 @@ def _draw_box(
         cv2.rectangle(picture, first, last, colour, thickness)
 
 
-def _draw_text(
-    picture: Picture, finding: Finding, scale: tuple[float, float], text: str, colour: tuple
+def _draw_captions(
+    picture: Picture, scale: tuple[float, float], captions: list[tuple[Finding, str, tuple]]
 ) -> None:
-    x, y, _, _ = finding.box
-    (width, height), base = cv2.getTextSize(text, _FONT, 0.5, 1)
-    left = min(max(0, round(x * scale[0])), max(0, picture.shape[1] - width - 4))
-    bottom = max(height + base, round(y * scale[1]) - 4)
-    cv2.rectangle(picture, (left, bottom - height - 3), (left + width + 3, bottom + base), BLACK, -1)
-    cv2.putText(picture, text, (left + 2, bottom), _FONT, 0.5, colour, 1, cv2.LINE_AA)
+    across, up = scale
+    boxes = [tuple(np.multiply(finding.box, (across, up, across, up)).tolist()) for finding, _, _ in captions]
+    sizes = [_text_size(text) for _, text, _ in captions]
+    places = caption_places(boxes, sizes, picture.shape[:2])
+    for (left, top, width, height), (_, text, colour) in zip(places, captions, strict=True):
+        cv2.rectangle(picture, (left, top), (left + width - 1, top + height - 1), BLACK, -1)
+        where = left + _PADDING, top + height - _BELOW_LINE
+        cv2.putText(picture, text, where, _FONT, _SIZE, colour, 1, cv2.LINE_AA)
+
+
+def _text_size(text: str) -> tuple[int, int]:
+    (width, height), _ = cv2.getTextSize(text, _FONT, _SIZE, 1)
+    return width + 2 * _PADDING, height + _BELOW_LINE + _PADDING

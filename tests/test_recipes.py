@@ -17,6 +17,7 @@ from laserimg.cli.train_recipe import rules_of
 from laserimg.detectors.description import IMAGES, Describer
 from laserimg.detectors.look import Look
 from laserimg.detectors.second_stage import MOST
+from laserimg.detectors.second_stage import seen as seen_by_judge
 from laserimg.detectors.shipped import shipped_folder
 from laserimg.errors import ConfigError
 from laserimg.evidence import Evidence

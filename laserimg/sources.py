@@ -2,12 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 
+from laserimg.detectors.agreement import Agreement
 from laserimg.detectors.candidate import Detector
 from laserimg.detectors.ranked import RankedDetector, proposer
 from laserimg.detectors.regions import RegionDetector
 from laserimg.detectors.search import Scale, WindowDetector
 from laserimg.detectors.second_stage import SecondStage
 from laserimg.detectors.window import WindowModel
+from laserimg.errors import ConfigError
 from laserimg.rules.file import load_rules
 from laserimg.rules.model import Rules
 
@@ -37,7 +39,8 @@ def detectors_for(
     Raises
     ------
     ConfigError
-        If a class has neither a detector nor regions to take candidates from.
+        If a class has neither a detector nor regions to take candidates from, or fewer detectors than
+        must agree.
     """
     models = list(models)
     if not override:
@@ -60,6 +63,17 @@ def detectors_for(
         proposer(window.model, scale) for window in windows if window.model.card.label in served
     )
     ranked = (RankedDetector(stages, proposing),) if stages else ()
-    alone = [window for window in windows if window.model.card.label not in served]
+    alone = _agreeing([window for window in windows if window.model.card.label not in served], rules)
     from_regions = tuple(label for label in wanted if wanted[label] & _REGIONS and label not in served)
     return (*alone, *ranked, *((RegionDetector(from_regions),) if from_regions else ()))
+
+
+def _agreeing(windows: list[WindowDetector], rules: Rules) -> list[Detector]:
+    """The window detectors, those of a class as one where several must agree."""
+    found: list[Detector] = []
+    for label in dict.fromkeys(window.model.card.label for window in windows):
+        mine, least = [window for window in windows if window.model.card.label == label], rules[label].agree
+        if least > len(mine):
+            raise ConfigError(f"{rules.source}: {label}: {least} detectors must agree, there are {len(mine)}")
+        found += [Agreement(tuple(mine), least)] if least > 1 else mine
+    return found

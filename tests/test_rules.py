@@ -61,6 +61,7 @@ def test_interval_refuses_limits_that_are_none(limits):
         ({"sources": ("region",)}, "unknown source 'region', did you mean 'regions'"),
         ({"on_fail": "drop"}, "unknown on_fail 'drop'"),
         ({"region_inside": 1.5}, "region_inside must be at least 0 and below 1"),
+        ({"agree": 0}, "agree must be 1 to 99, is 0"),
     ],
 )
 def test_class_rules_made_in_code_are_checked(fields, match):
@@ -135,6 +136,8 @@ WRONG = [
     ("[bin]\nfrom = ['hog', 'hog']", 3, "from names a source twice"),
     ("[bin]\nfrom = ['cascades']", 3, "unknown source 'cascades', did you mean 'cascade'?"),
     ("[bin]\non_fail = ['reject']", 3, 'on_fail must be "reject", "demote" or "doubt"'),
+    ("[bin]\nagree = 0", 3, "agree must be a whole number from 1 to 99, not 0"),
+    ("[bin]\nagree = true", 3, "agree must be a whole number from 1 to 99, not true"),
     ("[bin]\nregion_fills = 1", 3, "region_fills must be a number from 0 to below 1"),
     ("[bin]\nregion_fills = nan", 3, "region_fills must be"),
     ("[bin]\nx = 1\nx = 2", 4, "a key is given twice"),
@@ -232,6 +235,7 @@ def test_every_key_is_read():
             "region_inside": "0.5",
             "region_fills": "0.4",
             "score": "0.5",
+            "agree": "2",
         }
         parse_rules(f"format = 1\n[bin]\n{key} = {value.get(key, '[1, 2]')}\n")
 

@@ -29,7 +29,7 @@ format = 1
 from = ['regions']
 # the end"""
 FILES = [SHIPPED.read_text(), HAND_WRITTEN, "format = 1\r\n[bin]\r\n\r\n# end\r\n"]
-DEFAULTS = {"from": ("cascade", "hog"), "on_fail": "reject", **SHARES}
+DEFAULTS = {"from": ("cascade", "hog"), "on_fail": "reject", "agree": 1, **SHARES}
 
 Model = dict[str, dict[str, object]]
 
@@ -38,7 +38,7 @@ def as_model(text: str) -> Model:
     """The file as plain data: class, key, value."""
     return {
         one.label: {name: (limit.low, limit.high) for name, limit in one.limits.items()}
-        | {"from": one.sources, "on_fail": one.on_fail}
+        | {"from": one.sources, "on_fail": one.on_fail, "agree": one.agree}
         | {name: getattr(one, name) for name in SHARES}
         for one in parse_rules(text)
     }
@@ -47,6 +47,8 @@ def as_model(text: str) -> Model:
 def as_value(key: str, text: str):
     if key == "from":
         return tuple(text.split(","))
+    if key == "agree":
+        return int(text)
     if key in SHARES:
         return float(text)
     if key in QUANTITIES:
@@ -97,6 +99,7 @@ setting = st.one_of(
     st.tuples(quantity, st.sampled_from(["min", "max"]), number),
     st.tuples(st.just("from"), st.just(""), names),
     st.tuples(st.sampled_from(sorted(SHARES)), st.just(""), st.sampled_from(["0.25", "0"])),
+    st.tuples(st.just("agree"), st.just(""), st.integers(1, 5).map(str)),
     st.tuples(st.just("on_fail"), st.just(""), st.sampled_from(ON_FAIL)),
 )
 
@@ -270,6 +273,7 @@ def test_set_then_show_gives_what_was_set(laserimg):
         "region_inside": 0.9,
         "region_fills": 0.5,
         "score": 0.0,
+        "agree": 1,
         "on_fail": "reject",
     }
     assert (
@@ -333,6 +337,6 @@ def test_validate_names_every_file_that_is_wrong(laserimg, tmp_path):
 
 def test_help_names_every_rule_and_shows_examples_first(laserimg):
     text = laserimg("--help")[1]
-    for name in (*QUANTITIES, *SHARES, "from", "on_fail"):
+    for name in (*QUANTITIES, *SHARES, "from", "agree", "on_fail"):
         assert f"\n    {name} " in text
     assert text.index("laserimg rules set wastebasket.height 0.2:0.6") < text.index("Rules of a class")

@@ -19,6 +19,7 @@ KEY_HELP = "\n".join(
         *(f"  {q.name:<20}{f'({q.unit}) ' if q.unit else ''}{q.meaning}" for q in QUANTITIES.values()),
         *(f"  {name:<20}{MEANINGS[name]}; {value:g} when not set" for name, value in SHARES.items()),
         f"  {'from':<20}where candidates come from: {', '.join(SOURCES)}",
+        f"  {'agree':<20}so many of the class's cascades must find a place (no second stage); 1 when not set",
         f"  {'on_fail':<20}what a failed check does: reject, demote (lowers a score), doubt (see file)",
     ]
 )
@@ -205,6 +206,7 @@ def _rows(rules: ClassRules) -> dict[str, str]:
         "from": ", ".join(rules.sources),
         **{name: interval.format(name) for name, interval in rules.limits.items()},
         **{name: f"above {getattr(rules, name):g}" for name in SHARES},
+        **({"agree": f"{rules.agree} cascades"} if rules.agree > 1 else {}),
         "on_fail": rules.on_fail,
     }
 
@@ -215,6 +217,7 @@ def _as_json(rules: Rules) -> dict[str, Any]:
             "from": list(one.sources),
             **{name: [interval.low, interval.high] for name, interval in one.limits.items()},
             **{name: getattr(one, name) for name in SHARES},
+            "agree": one.agree,
             "on_fail": one.on_fail,
         }
         for one in rules

@@ -36,7 +36,7 @@ def set_rules(text: str, values: Mapping[str, str], name: str = "rules.toml") ->
     values : mapping of str to str
         From ``CLASS.KEY``, or ``CLASS.QUANTITY.min`` or ``.max`` for one side, to the value:
         ``0.2:0.6`` for both sides of a quantity, ``0.2:`` or ``:0.6`` to leave one open; a number
-        for a side or a share; names with commas for ``from``; a word for ``on_fail``. A class that
+        for a side, a share or ``agree``; names with commas for ``from``; a word for ``on_fail``. A class that
         the file does not have is appended.
     name : str
         The file's name in messages.
@@ -181,7 +181,7 @@ def _literal(target: _Target, value: str) -> str:
     """Return the TOML text of a whole rule."""
     if target.key in QUANTITIES:
         return _interval(target, value)
-    if target.key in SHARES:
+    if target.key in (*SHARES, "agree"):
         return _number(value)
     if target.key == "from":
         return tomlkit.item([name.strip() for name in value.split(",")]).as_string()

@@ -11,6 +11,7 @@ from laserimg.formats.toml import TomlDocument, parse_toml, read_toml
 from laserimg.rules.model import (
     DETECTORS,
     KEYS,
+    MAX_AGREE,
     MAX_METRES,
     MAX_POINTS,
     ON_FAIL,
@@ -109,6 +110,7 @@ def _class_rules(document: TomlDocument, label: str, table: Any) -> ClassRules:
         label,
         _sources(document, (label, "from"), table.get("from", list(DETECTORS))),
         limits,
+        agree=_agree(document, label, table.get("agree", 1)),
         on_fail=_on_fail(document, label, table.get("on_fail", "reject")),
         line=document.line((label,)),
         **shares,
@@ -157,6 +159,13 @@ def _sources(document: TomlDocument, keys: tuple[str, str], value: Any) -> tuple
     if len(set(value)) != len(value):
         raise document.error(keys, "from names a source twice")
     return cast("tuple[Source, ...]", tuple(value))
+
+
+def _agree(document: TomlDocument, label: str, value: Any) -> int:
+    if type(value) is not int or not 1 <= value <= MAX_AGREE:
+        text = f"agree must be a whole number from 1 to {MAX_AGREE}, not {_short(value)}"
+        raise document.error((label, "agree"), text)
+    return value
 
 
 def _on_fail(document: TomlDocument, label: str, value: Any) -> OnFail:

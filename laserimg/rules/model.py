@@ -22,6 +22,8 @@ ON_FAIL: tuple[OnFail, ...] = get_args(OnFail)
 DETECTORS: tuple[Source, ...] = ("cascade", "hog")
 # Shares that a candidate must be above, with their defaults: 0.9 is of paper 2, section 4.
 SHARES: Mapping[str, float] = MappingProxyType({"region_inside": 0.9, "region_fills": 0.5, "score": 0.0})
+# More cascades of one class nobody has.
+MAX_AGREE = 99
 # More is a slip of the unit; no scanner measures that far, or that many points at once.
 MAX_METRES, MAX_POINTS = 1e5, 10**9
 
@@ -170,6 +172,8 @@ class ClassRules:
         The share of the candidate's returns that are of the region must be above this.
     score : float
         The detector's score must be above this, if it is not 0.
+    agree : int
+        So many of the class's cascades and HOG detectors must find a place; without a second stage.
     on_fail : "reject", "demote" or "doubt"
         What a failed check does: end it, or lower the score. "doubt" ends what no second stage has scored;
         of the others those that pass all checks score higher, by as much as that was worth in training.
@@ -179,7 +183,7 @@ class ClassRules:
     Raises
     ------
     ConfigError
-        If a source, quantity or share is none.
+        If a source, quantity, share or count is none.
     """
 
     label: str
@@ -188,6 +192,7 @@ class ClassRules:
     region_inside: float = SHARES["region_inside"]
     region_fills: float = SHARES["region_fills"]
     score: float = SHARES["score"]
+    agree: int = 1
     on_fail: OnFail = "reject"
     line: int = 0
 
@@ -199,6 +204,8 @@ class ClassRules:
         for name in SHARES:
             if not 0 <= getattr(self, name) < 1:
                 raise ConfigError(f"{name} must be at least 0 and below 1, is {getattr(self, name)}")
+        if not 1 <= self.agree <= MAX_AGREE:
+            raise ConfigError(f"agree must be 1 to {MAX_AGREE}, is {self.agree}")
 
     @property
     def needs_detector(self) -> bool:
@@ -275,7 +282,7 @@ class Rules:
 
 
 # Every key of a class in the rule file.
-KEYS = ("from", *QUANTITIES, *SHARES, "on_fail")
+KEYS = ("from", *QUANTITIES, *SHARES, "agree", "on_fail")
 
 
 def _check_names(names: Collection[str], known: Collection[str], what: str) -> None:

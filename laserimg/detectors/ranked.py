@@ -16,9 +16,9 @@ from laserimg.evidence import Evidence
 from laserimg.regions import Region
 from laserimg.scan import Float32Array
 
-# So many of the boxes that a cascade proposes are looked at, those that most hits speak for. With all of them
-# average precision of doors, wastebaskets and people in 95, 95 and 62 simulated scans was 0.748, 0.909 and 0.918,
-# with 120 of them 0.747, 0.909 and 0.918, with 60 0.752, 0.898 and 0.912.
+# So many of the boxes that a cascade proposes are looked at, those that most hits speak for. With all of
+# them average precision of doors, wastebaskets and people in 95, 95 and 62 simulated scans was 0.748, 0.909
+# and 0.918, with 120 0.747, 0.909 and 0.918, with 60 0.752, 0.898 and 0.912.
 MOST_PROPOSED = 120
 # Candidates below are not worth a line of a result.
 MIN_SCORE = 0.005

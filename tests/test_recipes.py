@@ -31,6 +31,7 @@ from laserimg.recipes import observation, scans
 from laserimg.recipes.cards import card_of, is_described_by, write_card_beside
 from laserimg.recipes.cascade_samples import COPIES, samples_of
 from laserimg.recipes.from_mesh import rules_of_mesh
+from laserimg.recipes.gloss import without_glancing
 from laserimg.recipes.look_samples import Proposed, Samples, samples_of_look
 from laserimg.recipes.recipe import read_recipe
 from laserimg.recipes.scoring import overlap_after, trained_judge
@@ -453,3 +454,24 @@ def test_a_mesh_becomes_a_detector_that_finds_most_of_its_like(tmp_path, laserim
         "-o", tmp_path / "found", "--quiet",
     )  # fmt: skip
     assert code == 0, error
+
+
+def test_a_glossy_object_loses_returns_at_glancing_incidence_and_nothing_else_does():
+    evidence = observed(boxes_and_floor(GRID, [BOX], noise_m=0.0))
+    box = np.array(evidence.regions[0].box)
+    glossy = without_glancing(evidence, box, np.random.default_rng(2))
+    lost = (evidence.scan.range > 0) & (glossy.scan.range == 0)
+    rows, columns = np.nonzero(lost)
+    assert lost.sum() >= 5
+    assert rows.min() >= box[1] - 1 and rows.max() <= box[1] + box[3]
+    assert columns.min() >= box[0] - 1 and columns.max() <= box[0] + box[2]
+    cosine = evidence.images["normals_view"][..., 0] / 127.5 - 1
+    heights = evidence.floor.height_of((evidence.scan.directions * evidence.scan.range[..., None])[lost])
+    assert cosine[lost].max() < 0.6 and heights.min() > 0.2
+    assert (glossy.images["normals_view"][lost] == 0).all() and (
+        glossy.images["depth_relative"][lost] == 0
+    ).all()
+    for kind in IMAGES:
+        np.testing.assert_array_equal(glossy.images[kind][~lost], evidence.images[kind][~lost])
+    without_floor = replace(evidence, floor=None)
+    assert without_glancing(without_floor, box, np.random.default_rng(2)) is without_floor

@@ -18,6 +18,7 @@ from laserimg.detectors.search import WindowDetector
 from laserimg.detectors.second_stage import MOST, seen
 from laserimg.detectors.shipped import load_model
 from laserimg.evidence import Evidence
+from laserimg.recipes.gloss import without_glancing
 from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import TrainingScan
@@ -173,6 +174,9 @@ def _samples(
                 shaded, rest = in_shadow(evidence, box, rng)
                 copies = _copies(rest, rng)
                 parts.append(_taught(Describer.of(shaded), copies, rest, learnt, looks, judged, rng))
+            if recipe.gloss > 0 and rng.uniform() < recipe.gloss:
+                glossy, copies = without_glancing(evidence, box, rng), _copies(box[None], rng)
+                parts.append(_taught(Describer.of(glossy), copies, box[None], learnt, looks, judged, rng))
     return joined(parts), replace(one, boxes=left)
 
 

@@ -91,6 +91,8 @@ class Recipe:
         C of the second stage's SVM.
     shadows : float
         Share of the objects that are also learnt with their foot in the shadow of the carrier.
+    gloss : float
+        Share of the objects that are also learnt without the returns that glance off them.
     held_out : float
         Scans to choose the threshold on, and as many again to measure on, as a share of those trained on.
     min_points : int
@@ -107,6 +109,7 @@ class Recipe:
     regions: bool = True
     cost: Annotated[float, Field(gt=0, le=1e6)] = 0.3
     shadows: Annotated[float, Field(ge=0, le=1)] = 0.3
+    gloss: Annotated[float, Field(ge=0, le=1)] = 0.0
     held_out: Share = 0.2
     min_points: Count = 50
     min_visibility: Annotated[float, Field(ge=0, le=1)] = 0.5

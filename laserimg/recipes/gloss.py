@@ -1,0 +1,51 @@
+"""Objects of which surfaces that a beam glances off send nothing back, made from scans in which they do."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from laserimg.detectors.description import IMAGES
+from laserimg.evidence import Evidence, Window
+
+# A return is lost where the cosine of the incidence is below a limit between these, one limit an object; of
+# these returns this share.
+LEAST_LIMIT, MOST_LIMIT, LOST = 0.1, 0.6, 0.9
+# Paint of cars is smooth, ground is not: what is lower than this over the floor stays, in metres.
+_GROUND_M = 0.25
+
+
+def without_glancing(evidence: Evidence, box: NDArray, rng: np.random.Generator) -> Evidence:
+    """Return a scan in which a glossy object lost returns at glancing incidence; as it is without a floor.
+
+    Bonnets and roofs of real cars send nothing back to some scanners, and to others they do.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    box : (4,) array
+        ``x, y, w, h`` of the object.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    Evidence
+        With the images of the second stage alone.
+    """
+    limit = rng.uniform(LEAST_LIMIT, MOST_LIMIT)
+    window = Window.of(tuple(box), evidence.scan.shape, evidence.scan.wraps)
+    if evidence.floor is None:
+        return evidence
+    range_m = window.cut(evidence.scan.range)
+    points = window.cut(evidence.scan.directions) * range_m[..., None]
+    height = evidence.floor.height_of(points.reshape(-1, 3)).reshape(range_m.shape)
+    cosine = window.cut(evidence.images["normals_view"])[..., 0] / 127.5 - 1
+    dark = (cosine < limit) & (height > _GROUND_M) & (rng.uniform(size=cosine.shape) < LOST)
+    place = np.ix_(np.arange(window.rows.start, window.rows.stop), window.columns)
+    images = {}
+    for kind in IMAGES:
+        images[kind] = evidence.images[kind].copy()
+        images[kind][place] *= ~dark if images[kind].ndim == 2 else ~dark[..., None]
+    left = evidence.scan.range.copy()
+    left[place] *= ~dark
+    return replace(evidence, scan=replace(evidence.scan, range=left), images=images)

@@ -34,7 +34,7 @@ def fit_trees(vectors: Float32Array, positive: NDArray[np.bool_], rounds: int = 
         max_depth=DEPTH,
         max_leaf_nodes=2**DEPTH,
         l2_regularization=_RIDGE,
-        early_stopping=False,
+        early_stopping=False,  # type: ignore[arg-type]
         random_state=0,
     ).fit(vectors, positive)
     # There is no public way to the trees; a test compares their sum with the machine's own.

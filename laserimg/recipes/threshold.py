@@ -94,7 +94,8 @@ def chances(
     >>> slope > 0, odds
     (True, 0.0)
     """
-    (slope, odds), shift = fitted_odds(np.stack([margins, passed], axis=1), hits, most=(50, 10))
+    numbers = np.stack([margins, passed.astype(np.float64)], axis=1)
+    (slope, odds), shift = fitted_odds(numbers, hits, most=(50, 10))
     return slope, shift, odds
 
 

@@ -154,6 +154,21 @@ def test_scores_are_half_where_the_weights_say_and_grow_with_sum_and_mean():
     assert one.scores(sums, means) == pytest.approx([0.5, 0.5, 1 / (1 + np.exp(-3)), 0], abs=1e-6)
 
 
+def test_passing_all_checks_adds_to_the_logarithm_of_the_odds():
+    one = stage(look(2), passed=2.0)
+    scores = np.array([0.001, 0.3, 0.9])
+    odds = np.log(scores / (1 - scores)) + 2
+    assert one.if_passed(scores) == pytest.approx(1 / (1 + np.exp(-odds)))
+
+
+def test_what_only_passed_checks_make_likely_is_a_candidate():
+    evidence = evidence_of(TWO_BOXES)
+    length = Describer.of(evidence)(np.array([[3.0, 3, 20, 20]])).shape[1]
+    unlikely = stage(look(length), shift=-10.0)
+    assert RankedDetector((unlikely,))(evidence) == []
+    assert len(RankedDetector((replace(unlikely, passed=10.0),))(evidence)) == len(evidence.regions)
+
+
 def test_each_look_sees_the_boxes_where_the_one_before_has_put_them():
     """The slow obvious way: one box, look by look."""
     evidence = evidence_of(TWO_BOXES)

@@ -20,7 +20,7 @@ from laserimg.scan import Float32Array
 # them average precision of doors, wastebaskets and people in 95, 95 and 62 simulated scans was 0.748, 0.909
 # and 0.918, with 120 0.747, 0.909 and 0.918, with 60 0.752, 0.898 and 0.912.
 MOST_PROPOSED = 120
-# Candidates below are not worth a line of a result.
+# Candidates that would score below if they passed all checks are not worth a line of a result.
 MIN_SCORE = 0.005
 
 
@@ -89,7 +89,7 @@ def _best(
     places, moved, sums, means = stage.looked_at(describe, boxes, vectors)
     scores = stage.scores(sums, means)
     moved = inside_grid(moved, scan.shape, scan.wraps)
-    seen = np.flatnonzero((scores >= MIN_SCORE) & (moved[:, 2:] > 0).all(axis=1))
+    seen = np.flatnonzero((stage.if_passed(scores) >= MIN_SCORE) & (moved[:, 2:] > 0).all(axis=1))
     kept = seen[distinct(moved[seen], scores[seen], width)]
     return [
         Candidate(

@@ -71,6 +71,11 @@ class SecondStage:
         odds = self.slope * sums + self.lean * means + self.shift
         return 1 / (1 + np.exp(np.clip(-odds, -50, 50)))
 
+    def if_passed(self, scores: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what scores (n,) become of candidates that pass all checks of their class."""
+        better = scores * np.exp(self.passed)
+        return better / (1 - scores + better)
+
     def looked_at(
         self, describe: Describer, boxes: Boxes, vectors: Float32Array
     ) -> tuple[NDArray[np.intp], Boxes, NDArray[np.float64], NDArray[np.float64]]:

@@ -447,7 +447,7 @@ def test_a_mesh_becomes_a_detector_that_finds_most_of_its_like(tmp_path, laserim
     card = read_card(tmp_path / "bin" / "bin.toml")
     assert card.label == "bin" and card.kind == "svm" and card.scores
     assert load_rules(tmp_path / "bin" / "rules.toml")["bin"].limits["height"].high == pytest.approx(
-        0.58, abs=0.01
+        1.15 * 0.5, abs=0.006
     )
     scan = next((tmp_path / "bin" / "simulated").glob("*/*.npz"))
     code, _, error = laserimg(

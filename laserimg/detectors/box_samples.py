@@ -5,11 +5,13 @@ from numpy.typing import NDArray
 
 from laserimg.boxes import Boxes
 from laserimg.evidence import Evidence
+from laserimg.geometry.floor import Floor
 from laserimg.scan import Float32Array
 
 # The range of a window is this quantile of the returns in it: a chair's middle looks through to the wall.
 _NEAR_SHARE = 0.3
 _RANGE_SAMPLES = 12
+_MIDDLE, _END = np.array([0.5]), np.array([1.0])
 
 
 def near_range(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> NDArray[np.float64]:
@@ -44,6 +46,31 @@ def pixels_of(evidence: Evidence, boxes: Boxes, across: NDArray, down: NDArray) 
     columns = columns % width if evidence.scan.wraps else np.clip(columns, 0, width - 1)
     pixels = np.clip(rows, 0, height - 1)[:, :, None] * width + columns[:, None, :]
     return pixels.reshape(len(boxes), len(across) * len(down))
+
+
+def grown(boxes: Boxes, share: float) -> Boxes:
+    """Return boxes (n, 4) that reach over these on every side by a share of it."""
+    return np.concatenate([boxes[:, :2] - share * boxes[:, 2:], boxes[:, 2:] * (1 + 2 * share)], axis=1)
+
+
+def middles(evidence: Evidence, boxes: Boxes) -> NDArray[np.intp]:
+    """Return the flattened position (n,) of the middle of each of boxes (n, 4)."""
+    return pixels_of(evidence, boxes, _MIDDLE, _MIDDLE)[:, 0]
+
+
+def sizes_m(
+    evidence: Evidence, boxes: Boxes, range_m: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return width and height (n,) in metres of boxes (n, 4) at a range (n,) each."""
+    middle = middles(evidence, boxes)
+    across, up = (pitch.ravel()[middle] for pitch in evidence.pitch)
+    return boxes[:, 2] * across * range_m, boxes[:, 3] * up * range_m
+
+
+def foot_m(floor: Floor, evidence: Evidence, boxes: Boxes, range_m: NDArray[np.float64]) -> NDArray:
+    """Return the height (n,) over the floor of the lower side of boxes (n, 4), in its middle, at a range."""
+    bottom = pixels_of(evidence, boxes, _MIDDLE, _END)[:, 0]
+    return floor.height_of(evidence.scan.directions.reshape(-1, 3)[bottom] * range_m[:, None])
 
 
 def quantiles(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from laserimg.boxes import Boxes
 from laserimg.descriptors.hog import hog
 from laserimg.descriptors.layout import Layout
-from laserimg.detectors.box_samples import near_range, pixels_of
+from laserimg.detectors.box_samples import foot_m, grown, near_range, sizes_m
 from laserimg.detectors.crops import resampled
 from laserimg.detectors.lookup import cell_means, honv_of_colours
 from laserimg.detectors.pyramid import Pyramid
@@ -31,7 +31,6 @@ _BINS = (
     np.linspace(np.log(0.5), np.log(40.0), 8),
     np.linspace(-1.0, 3.0, 17),
 )
-_MIDDLE, _END = np.array([0.5]), np.array([1.0])
 # Of vectors of about length 1, so that no part outweighs the others in a linear SVM: tried on wastebaskets.
 _WEIGHTS = {"honv": 0.1, "hog": 0.1, "depth": 0.5, "known": 0.3, "normals": 0.4, "size": 0.7}
 
@@ -79,9 +78,7 @@ class Describer:
         -------
         (n, d) array of float32
         """
-        grow = np.array([-SURROUNDINGS, -SURROUNDINGS, 1 + 2 * SURROUNDINGS, 1 + 2 * SURROUNDINGS])
-        windows = np.concatenate([boxes[:, :2] + grow[:2] * boxes[:, 2:], boxes[:, 2:] * grow[2:]], axis=1)
-        pixels = resampled(self.pyramid, windows, SIDE)
+        pixels = resampled(self.pyramid, grown(boxes, SURROUNDINGS), SIDE)
         parts = [_seen(pixels[first : first + _AT_ONCE]) for first in range(0, max(len(boxes), 1), _AT_ONCE)]
         sizes = _sizes(self.evidence, self.ranges, boxes) * np.float32(_WEIGHTS["size"])
         return np.concatenate([np.concatenate(parts), sizes], axis=1)
@@ -109,18 +106,12 @@ def _seen(pixels: NDArray[np.uint8]) -> Float32Array:
 def _sizes(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> Float32Array:
     """Soft histograms of width, height, range and foot; those of a foot are 0 without a floor."""
     range_m = near_range(evidence, ranges, boxes)
-    middle = pixels_of(evidence, boxes, _MIDDLE, _MIDDLE)[:, 0]
-    across, up = (pitch.ravel()[middle] for pitch in evidence.pitch)
-    width, height = (
-        np.log(np.maximum(boxes[:, i] * pitch * range_m, 1e-3)) for i, pitch in ((2, across), (3, up))
-    )
+    width, height = (np.log(np.maximum(size, 1e-3)) for size in sizes_m(evidence, boxes, range_m))
     found = [_soft(width, _BINS[0]), _soft(height, _BINS[1]), _soft(np.log(range_m), _BINS[2])]
     floor = evidence.floor
     if floor is None:
         return np.concatenate([*found, np.zeros((len(boxes), len(_BINS[3])), np.float32)], axis=1)
-    bottom = pixels_of(evidence, boxes, _MIDDLE, _END)[:, 0]
-    foot = floor.height_of(evidence.scan.directions.reshape(-1, 3)[bottom] * range_m[:, None])
-    return np.concatenate([*found, _soft(foot, _BINS[3])], axis=1)
+    return np.concatenate([*found, _soft(foot_m(floor, evidence, boxes, range_m), _BINS[3])], axis=1)
 
 
 def _soft(values: NDArray, places: NDArray[np.float64]) -> Float32Array:

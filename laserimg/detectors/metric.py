@@ -54,13 +54,11 @@ class Sizes:
         return cls(heights, up / across)
 
 
-def metric_levels(
-    evidence: Evidence, card: Card, sizes: Sizes | None = None, scale_step: float = SCALE_STEP
-) -> Iterator[Level]:
+def metric_levels(evidence: Evidence, card: Card, sizes: Sizes | None = None) -> Iterator[Level]:
     """Yield the sizes that the object has in the grid, each with where it has it.
 
     The size in pixels is the size in metres over range times pitch, across and up separately, so
-    that the widening of a grid at steep angles is in it. Heights go in steps of `scale_step`; a
+    that the widening of a grid at steep angles is in it. Heights go in steps of `SCALE_STEP`; a
     pixel fits the height of its range and others that differ by a factor of up to 1.31, since objects vary.
 
     Parameters
@@ -70,7 +68,6 @@ def metric_levels(
         With `object_size_m`.
     sizes : Sizes, optional
         Of the same scan, if known already.
-    scale_step : float
     """
     width_m, height_m = cast(Pair, card.object_size_m)
     sizes = sizes or Sizes.of(evidence)
@@ -78,12 +75,12 @@ def metric_levels(
     narrow = float(np.quantile(ratios, _NARROW))
     smallest = card.window[1] / MAX_ENLARGE / (1 + 2 * card.margin)
     largest = evidence.scan.shape[0] / (1 + 2 * card.margin)
-    first, last = np.log([smallest, largest]) / np.log(scale_step)
+    first, last = np.log([smallest, largest]) / np.log(SCALE_STEP)
     for step in np.arange(np.ceil(first), np.floor(last) + 1).tolist():
-        metre = step * np.log(scale_step) - np.log(height_m)
+        metre = step * np.log(SCALE_STEP) - np.log(height_m)
         fits = float(metre - _FIT), float(metre + _FIT)
         yield from _levels_of_height(
-            sizes.heights, scale_step**step, fits, ratios, narrow, card, evidence.scan.wraps
+            sizes.heights, SCALE_STEP**step, fits, ratios, narrow, card, evidence.scan.wraps
         )
 
 

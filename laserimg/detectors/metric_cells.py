@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.boxes import Boxes
-from laserimg.detectors.box_samples import near_range, pixels_of, quantiles
+from laserimg.detectors.box_samples import foot_m, grown, middles, near_range, pixels_of, quantiles, sizes_m
 from laserimg.evidence import Evidence
 from laserimg.scan import Float32Array
 
@@ -22,7 +22,6 @@ _NEAR = (0.15, 0.4)
 _SHARES = (0.05, 0.5, 0.95)
 # Numbers of a box.
 METRIC_NUMBERS = len(SURROUNDINGS) * 3 * CELLS**2 + 8 + len(_NEAR) * 10
-_MIDDLE, _END = np.array([0.5]), np.array([1.0])
 
 
 def metric_cells(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> Float32Array:
@@ -51,7 +50,7 @@ def metric_cells(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> Floa
     near = near_range(evidence, ranges, boxes)
     parts = []
     for share in SURROUNDINGS:
-        depth, height, known, _ = _sampled(evidence, ranges, _grown(boxes, share), near)
+        depth, height, known, _ = _sampled(evidence, ranges, grown(boxes, share), near)
         parts += [
             _cell_means(np.clip(depth, *_DEPTHS), known),
             _cell_means(np.clip(height, *_HEIGHTS), known & np.isfinite(height)),
@@ -59,10 +58,6 @@ def metric_cells(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> Floa
         ]
     parts.append(_sizes(evidence, ranges, boxes, near))
     return np.concatenate(parts, axis=1, dtype=np.float32)
-
-
-def _grown(boxes: Boxes, share: float) -> Boxes:
-    return np.concatenate([boxes[:, :2] - share * boxes[:, 2:], boxes[:, 2:] * (1 + 2 * share)], axis=1)
 
 
 def _sampled(
@@ -100,13 +95,12 @@ def _by_cell(values: NDArray) -> NDArray:
 
 def _sizes(evidence: Evidence, ranges: Float32Array, boxes: Boxes, near: NDArray[np.float64]) -> NDArray:
     """(n, d) sizes of the boxes and of the returns near their range."""
-    middle = pixels_of(evidence, boxes, _MIDDLE, _MIDDLE)[:, 0]
-    across, up = (pitch.ravel()[middle] for pitch in evidence.pitch)
-    width, high = boxes[:, 2] * across * near, boxes[:, 3] * up * near
-    direction = evidence.scan.directions.reshape(-1, 3)[middle].astype(np.float64)
+    width, high = sizes_m(evidence, boxes, near)
+    direction = evidence.scan.directions.reshape(-1, 3)[middles(evidence, boxes)].astype(np.float64)
     depth, height, known, points = _sampled(evidence, ranges, boxes, near)
     share = known.mean(axis=1)
-    foot = _foot(evidence, boxes, near)
+    floor = evidence.floor
+    foot = np.full(len(boxes), np.nan) if floor is None else foot_m(floor, evidence, boxes, near)
     area = boxes[:, 2] * boxes[:, 3]
     found = [near, direction[:, 2], width, high, foot, width / np.maximum(high, 1e-3), share * area, share]
     sideways = (points[..., :2] * _sideways(direction)[:, None, :]).sum(axis=2)
@@ -118,14 +112,6 @@ def _sizes(evidence: Evidence, ranges: Float32Array, boxes: Boxes, near: NDArray
         front, between, back = quantiles(depth, close, _SHARES)
         found += [low, middle_of, top, top - low, right - left, front, between, back, back - front]
     return np.where(np.isfinite(found), found, UNKNOWN).T
-
-
-def _foot(evidence: Evidence, boxes: Boxes, near: NDArray[np.float64]) -> NDArray:
-    """(n,) height over the floor of the middle of the lower side, at the box's range."""
-    if evidence.floor is None:
-        return np.full(len(boxes), np.nan)
-    bottom = pixels_of(evidence, boxes, _MIDDLE, _END)[:, 0]
-    return evidence.floor.height_of(evidence.scan.directions.reshape(-1, 3)[bottom] * near[:, None])
 
 
 def _sideways(directions: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from laserimg.boxes import Boxes, inside_grid
 from laserimg.detectors.candidate import Candidate
 from laserimg.detectors.grouping import grouped
-from laserimg.detectors.levels import SCALE_STEP, Level, plain_levels
+from laserimg.detectors.levels import Level, plain_levels
 from laserimg.detectors.metric import Sizes, metric_levels
 from laserimg.detectors.pyramid import Pyramid
 from laserimg.detectors.window import WindowModel
@@ -59,8 +59,6 @@ class WindowDetector:
     scale : "metric" or "plain"
         Search only the sizes the object has at each range, or all sizes everywhere. A model
         whose card has no object size is searched plainly.
-    scale_step : float
-        Factor from one size to the next of the metric search.
 
     Raises
     ------
@@ -70,7 +68,6 @@ class WindowDetector:
 
     model: WindowModel
     scale: Scale = "metric"
-    scale_step: float = SCALE_STEP
 
     def __post_init__(self) -> None:
         if self.scale not in ("metric", "plain"):
@@ -90,10 +87,7 @@ class WindowDetector:
         evidence, card = searched.evidence, self.model.card
         wraps = evidence.scan.wraps
         metric = self.scale == "metric" and card.object_size_m is not None
-        if metric:
-            levels = metric_levels(evidence, card, searched.sizes, self.scale_step)
-        else:
-            levels = plain_levels(evidence, card)
+        levels = metric_levels(evidence, card, searched.sizes) if metric else plain_levels(evidence, card)
         hits = search_pyramid(self.model, searched.pyramid(card.image), levels)
         boxes, scores = grouped(*hits, self.model.min_neighbours, evidence.scan.shape[1] if wraps else None)
         boxes = inside_grid(_without_margin(boxes, card.margin), evidence.scan.shape, wraps)

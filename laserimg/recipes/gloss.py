@@ -1,12 +1,10 @@
 """Objects of which surfaces that a beam glances off send nothing back, made from scans in which they do."""
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.detectors.description import IMAGES
 from laserimg.evidence import Evidence, Window
+from laserimg.recipes.shadows import without_returns
 
 # A return is lost where the cosine of the incidence is below a limit between these, one limit an object; of
 # these returns this share.
@@ -41,11 +39,6 @@ def without_glancing(evidence: Evidence, box: NDArray, rng: np.random.Generator)
     height = evidence.floor.height_of(points.reshape(-1, 3)).reshape(range_m.shape)
     cosine = window.cut(evidence.images["normals_view"])[..., 0] / 127.5 - 1
     dark = (cosine < limit) & (height > _GROUND_M) & (rng.uniform(size=cosine.shape) < LOST)
-    place = np.ix_(np.arange(window.rows.start, window.rows.stop), window.columns)
-    images = {}
-    for kind in IMAGES:
-        images[kind] = evidence.images[kind].copy()
-        images[kind][place] *= ~dark if images[kind].ndim == 2 else ~dark[..., None]
-    left = evidence.scan.range.copy()
-    left[place] *= ~dark
-    return replace(evidence, scan=replace(evidence.scan, range=left), images=images)
+    lost = np.zeros(evidence.scan.shape, np.bool_)
+    lost[np.ix_(np.arange(window.rows.start, window.rows.stop), window.columns)] = dark
+    return without_returns(evidence, lost)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from laserimg.boxes import Boxes
 from laserimg.detectors.description import IMAGES
 from laserimg.evidence import Evidence, Window
+from laserimg.scan import BoolArray
 
 # Of an object this much at least, and at most, is left above the shadow; its border goes up and down by this
 # share of the object's height.
@@ -41,12 +42,16 @@ def in_shadow(evidence: Evidence, box: NDArray, rng: np.random.Generator) -> tup
     border = (
         cut + WAVE * h * np.sin(phase + 2 * np.pi * columns / period) + rng.uniform(-0.5, 0.5, len(columns))
     )
-    dark = np.arange(evidence.scan.shape[0])[:, None] >= border
-    images = {}
-    for kind in IMAGES:
-        images[kind] = evidence.images[kind].copy()
-        images[kind][:, columns] *= ~dark if images[kind].ndim == 2 else ~dark[..., None]
-    range_m = evidence.scan.range.copy()
-    range_m[:, columns] *= ~dark
-    scan = replace(evidence.scan, range=range_m)
-    return replace(evidence, scan=scan, images=images), np.array([[x, y, w, cut - y]])
+    dark = np.zeros(evidence.scan.shape, np.bool_)
+    dark[:, columns] = np.arange(evidence.scan.shape[0])[:, None] >= border
+    return without_returns(evidence, dark), np.array([[x, y, w, cut - y]])
+
+
+def without_returns(evidence: Evidence, lost: BoolArray) -> Evidence:
+    """Return a scan in which some pixels (H, W) have no return, with the images of the second stage alone."""
+    images = {
+        kind: evidence.images[kind] * (~lost if evidence.images[kind].ndim == 2 else ~lost[..., None])
+        for kind in IMAGES
+    }
+    scan = replace(evidence.scan, range=evidence.scan.range * ~lost)
+    return replace(evidence, scan=scan, images=images)

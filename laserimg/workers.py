@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from multiprocessing.context import BaseContext
 from typing import TypeVar
 
@@ -32,6 +33,35 @@ def start_early() -> None:
         from multiprocessing import forkserver
 
         forkserver.ensure_running()
+
+
+def in_order(
+    work: Callable[[T], R],
+    items: Iterable[T],
+    jobs: int,
+    died: Callable[[T], R],
+    tell: Callable[[int], None] = lambda done: None,
+) -> list[R]:
+    """Return ``work(item)`` of every item, in their order whichever is finished first.
+
+    Parameters
+    ----------
+    work, items, jobs, died
+        As `unordered`.
+    tell : callable
+        Called with the number of items finished, after each.
+    """
+    found: dict[int, R] = {}
+    numbered = partial(_numbered, work)
+    results = unordered(numbered, enumerate(items), jobs, lambda item: (item[0], died(item[1])))
+    for number, result in results:
+        found[number] = result
+        tell(len(found))
+    return [found[number] for number in range(len(found))]
+
+
+def _numbered(work: Callable[[T], R], item: tuple[int, T]) -> tuple[int, R]:
+    return item[0], work(item[1])
 
 
 def unordered(work: Callable[[T], R], items: Iterable[T], jobs: int, died: Callable[[T], R]) -> Iterator[R]:

@@ -1,12 +1,13 @@
 import os
 import pickle
 import signal
+import time
 
 import pytest
 
 from killed_workers import process_number, square_or_die
 from laserimg.errors import MissingExtraError
-from laserimg.workers import unordered
+from laserimg.workers import in_order, unordered
 
 needs_signals = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
 
@@ -40,3 +41,24 @@ def test_nothing_to_do():
 def test_a_missing_extra_comes_home_from_a_worker():
     error = pickle.loads(pickle.dumps(MissingExtraError("simulated scans", "simulate")))
     assert str(error) == 'simulated scans need an extra: pip install "laserimg[simulate]"'
+
+
+def slow_first(number):
+    """The first item is finished last."""
+    time.sleep(0.3 if number == 0 else 0.0)
+    return 10 * number
+
+
+def died(number):
+    return -1
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_results_come_in_the_order_of_their_items_and_each_is_told(jobs):
+    told = []
+    assert in_order(slow_first, range(5), jobs, died, told.append) == [0, 10, 20, 30, 40]
+    assert told == [1, 2, 3, 4, 5]
+
+
+def test_no_items_have_no_results():
+    assert in_order(slow_first, [], 2, died) == []

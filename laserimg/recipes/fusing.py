@@ -17,7 +17,7 @@ from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import TrainingScan
 from laserimg.recipes.threshold import fitted_odds
-from laserimg.workers import unordered
+from laserimg.workers import in_order
 
 # Weights of the trees and of the mean margin are at most this.
 _MOST = 50.0
@@ -60,10 +60,7 @@ def fused(
     tell : function
         Called with the number of scans looked at.
     """
-    parts: list[Voted] = []
-    for part in unordered(partial(_voted, recipe, stage, tuple(cascades)), scans, jobs, _died):
-        parts.append(part)
-        tell(len(parts))
+    parts = in_order(partial(_voted, recipe, stage, tuple(cascades)), scans, jobs, _died, tell)
     numbers, hits = (np.concatenate([getattr(part, name) for part in parts]) for name in ("numbers", "hits"))
     if not hits.any() or hits.all():
         return stage

@@ -21,7 +21,7 @@ from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import TrainingScan
 from laserimg.rules.model import QUANTITIES, ClassRules, Interval, OnFail, Rules, Source
 from laserimg.sources import detectors_for
-from laserimg.workers import unordered
+from laserimg.workers import in_order
 
 # What workers are sent of rules: class, sources, limits, and what a failed check does.
 Sent = tuple[str, tuple[Source, ...], tuple[tuple[str, Interval], ...], OnFail]
@@ -88,11 +88,8 @@ def measured(
     jobs : int
     """
     work = partial(_found, recipe, tuple(models), sent(rules))
-    all_found, objects = [], 0
-    for found, count in unordered(work, scans, jobs, _died):
-        all_found.append(found)
-        objects += count
-        tell(len(all_found))
+    results = in_order(work, scans, jobs, _died, tell)
+    all_found, objects = [found for found, _ in results], sum(count for _, count in results)
     return [_score(step, all_found, objects, rules.score) for step in STEPS if step in all_found[0]]
 
 

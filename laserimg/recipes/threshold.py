@@ -18,7 +18,7 @@ from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import TrainingScan
 from laserimg.rules.model import ClassRules
-from laserimg.workers import unordered
+from laserimg.workers import in_order
 
 _NO_CHECKS = ("score", "suppression")
 
@@ -64,11 +64,7 @@ def with_chances(
     scans : list of TrainingScan
     jobs : int
     """
-    parts: list[Judged] = []
-    work = partial(_judged, recipe, tuple(models), sent(rules))
-    for part in unordered(work, scans, jobs, _died):
-        parts.append(part)
-        tell(len(parts))
+    parts = in_order(partial(_judged, recipe, tuple(models), sent(rules)), scans, jobs, _died, tell)
     margins, passed, hits = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("margins", "passed", "hits")
     )

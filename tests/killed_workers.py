@@ -2,6 +2,7 @@
 
 import os
 import signal
+import time
 
 
 def square_or_die(number: int) -> int:
@@ -14,3 +15,9 @@ def square_or_die(number: int) -> int:
 def process_number(_: int) -> int:
     """Return which process works."""
     return os.getpid()
+
+
+def slow_first(number: int) -> int:
+    """Return ten times the number; the first is finished last."""
+    time.sleep(0.3 if number == 0 else 0.0)
+    return 10 * number

@@ -179,7 +179,15 @@ def test_what_a_swinging_head_sees_is_reported_where_it_did_not_look():
     assert np.median(errors[1]) > 3 * np.median(errors[0])
 
 
-@pytest.mark.parametrize(("name", "shape"), [("spinning64", (64, 2083)), ("spinning128", (128, 1024))])
+SPINNING = [
+    ("spinning32", (32, 1800)),
+    ("spinning40", (40, 1800)),
+    ("spinning64", (64, 2083)),
+    ("spinning128", (128, 1024)),
+]
+
+
+@pytest.mark.parametrize(("name", "shape"), SPINNING)
 def test_spinning_scanners_close_the_turn_and_take_the_strongest(name, shape):
     scanner = SCANNERS[name]
     assert scanner.directions.shape == (*shape, 3) and scanner.wraps

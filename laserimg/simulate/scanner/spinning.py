@@ -16,6 +16,54 @@ def full_turn(elevation_deg: ArrayLike, columns: int) -> Float32Array:
     return directions_from_angles(azimuth, np.radians(elevation_deg))
 
 
+def spinning32() -> Scanner:
+    """Return a Velodyne VLP-32C at 10 turns a second: 32 rows of 1800 beams.
+
+    VLP-32C User Manual 63-9325, table 9-2: rows from +15 to -25 degrees, 1/3 degree apart near the horizon
+    and up to 9 at the ends; ranges in steps of 4 mm. Beams of 3 x 1.5 mrad: Velodyne's VLS-128 (manual,
+    table F-1). Accuracy is 3 cm; that a third of it is noise (1 sigma) is our assumption, as are 1 to
+    200 m, 80 m at 10 %, and 10 mm at the window. Reflectivity is made up for range, 100 for white, 255 at
+    most (manual, section 6.2). The length of a pulse is that of the HDL-64E.
+    """
+    near_horizon = np.concatenate([[2.333], (5 - np.arange(18)) / 3, [-4.667, -5.333, -6.148, -7.254]])
+    elevation = [15.0, 10.333, 7.0, 4.667, 3.333, *near_horizon, -8.843, -11.31, -15.639, -25.0]
+    return Scanner(
+        "spinning32",
+        full_turn(elevation, 1800),
+        wraps=True,
+        step_m=0.004,
+        min_range_m=1.0,
+        max_range_m=200.0,
+        beam=Beam(0.010, 0.003, height=0.5),
+        receiver=Receiver(reach_m=80.0, pulse_m=1.5, strongest=True),
+        noise=Noise(white_m=0.010, weakest_m=0.03, ring_m=0.0, ring_period_m=1.0, power=0.1),
+        intensity=Intensity(made_up=2.0, exponent=1.0, scale=100, top=255),
+    )
+
+
+def spinning40() -> Scanner:
+    """Return a Hesai Pandar40 at 10 turns a second: 40 rows of 1800 beams.
+
+    Rows from +7 to -16 degrees, 1/3 degree apart between +2 and -6, 1 degree elsewhere: what it sees ends
+    above the feet of near things. User's Manual, appendix I: 200 m at 20 %, which is 141 m at 10 %.
+    Ranges in steps of 2 mm, noise (1 sigma) of 10 mm, 0.3 to 200 m, beams of 3 x 1.5 mrad, 10 mm at the
+    window, and reflectivity as of the Velodyne's (`spinning32`) are our assumptions.
+    """
+    elevation = np.concatenate([7 - np.arange(5), 2 - np.arange(25) / 3, -7 - np.arange(10)])
+    return Scanner(
+        "spinning40",
+        full_turn(elevation, 1800),
+        wraps=True,
+        step_m=0.002,
+        min_range_m=0.3,
+        max_range_m=200.0,
+        beam=Beam(0.010, 0.003, height=0.5),
+        receiver=Receiver(reach_m=141.0, pulse_m=1.5, strongest=True),
+        noise=Noise(white_m=0.010, weakest_m=0.03, ring_m=0.0, ring_period_m=1.0, power=0.1),
+        intensity=Intensity(made_up=2.0, exponent=1.0, scale=100, top=255),
+    )
+
+
 def spinning64() -> Scanner:
     """Return a Velodyne HDL-64E S2 at 10 turns a second: 64 rows of 2083 beams.
 

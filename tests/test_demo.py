@@ -17,13 +17,14 @@ ROOT = Path(__file__).parents[1]
 SCANS = Path(package.__file__).parent / "demo"
 
 # What stands in the scans, from tools/make_demo.py: label, width and height in metres, azimuth in degrees.
-WASTEBASKET = ("wastebasket", 0.27, 0.36, 16.2)
-CAR_LEFT = ("car", 4.3, 1.45, 59.0)
-CAR_RIGHT = ("car", 4.0, 1.5, -131.0)
+WASTEBASKET = ("wastebasket", 0.27, 0.31, 17.6)
+CAR_LEFT = ("car", 4.6, 1.48, 61.0)
+CAR_RIGHT = ("car", 4.9, 1.61, -129.0)
 # The same in pixels: the rectangle of the rays that hit it.
-BASKET_BOX, DRUM_BOX = (318, 136, 19, 27), (646, 98, 22, 36)
-# The returns within 0.45 m of where the people stand.
-PERSON_BOXES = [(700, 53, 13, 62), (478, 57, 5, 31)]
+BASKET_BOX, DRUM_BOX = (315, 140, 22, 25), (649, 98, 22, 35)
+CHAIR_BOXES = [(57, 71, 58, 99), (220, 95, 60, 82), (381, 106, 35, 44)]
+PERSON_BOXES = [(714, 55, 11, 40), (516, 51, 13, 44)]
+CAR_BOXES = [(273, 65, 138, 68), (800, 61, 125, 64)]
 
 
 @pytest.fixture(scope="module")
@@ -59,10 +60,10 @@ def test_the_right_objects_are_detected_at_their_places(annotations):
 @pytest.mark.parametrize(
     "scan, label, value, words",
     [
-        ("office.npz", "wastebasket", 0.88, "height {:.2f} m > 0.60 m"),  # the drum
-        ("office.npz", "wastebasket", 0.65, "width {:.2f} m > 0.40 m"),  # the box
-        ("street.npz", "wastebasket", 0.90, "height {:.2f} m > 0.60 m"),  # the litter bin
-        ("street.npz", "car", 2.55, "height {:.2f} m > 2.10 m"),  # the van
+        ("office.npz", "wastebasket", 0.89, "height {:.2f} m > 0.60 m"),  # the drum
+        ("office.npz", "wastebasket", 0.58, "width {:.2f} m > 0.40 m"),  # the boxes
+        ("street.npz", "wastebasket", 1.04, "height {:.2f} m > 0.60 m"),  # the litter bin, over the road
+        ("street.npz", "car", 2.31, "height {:.2f} m > 2.10 m"),  # what the lamp post leaves of the van
     ],
 )
 def test_others_are_rejected_with_the_value_and_limit_that_did_it(annotations, scan, label, value, words):
@@ -84,9 +85,19 @@ def overlaps(result, label, truths):
     return iou([found.box for found in result.detections if found.label == label], truths, scan.shape[1])
 
 
-def test_the_shipped_detectors_find_the_wastebasket_and_both_people(shipped):
-    assert overlaps(shipped["office"], "wastebasket", [BASKET_BOX]).max(initial=0) >= 0.4
-    assert (overlaps(shipped["street"], "person", PERSON_BOXES).max(axis=0, initial=0) >= 0.4).all()
+@pytest.mark.parametrize(
+    "scan, label, boxes",
+    [
+        ("office", "wastebasket", [BASKET_BOX]),
+        ("office", "office_chair", CHAIR_BOXES),
+        ("street", "person", PERSON_BOXES),
+        ("street", "car", CAR_BOXES),
+    ],
+)
+def test_the_shipped_detectors_find_what_stands_there_and_no_more(shipped, scan, label, boxes):
+    found = overlaps(shipped[scan], label, boxes)
+    assert found.shape == (len(boxes), len(boxes))
+    assert (found.max(axis=0) >= 0.5).all()
 
 
 def test_the_shipped_detectors_do_not_call_the_drum_a_wastebasket(shipped):
@@ -120,15 +131,15 @@ def test_scans_are_small():
 
 
 def test_the_tool_makes_the_shipped_scans_again(tmp_path):
-    """Equal up to the last digit of sines and cosines, which differs between processors."""
+    """Equal but for noise, all of which differs where a ray at an edge falls to the other side."""
     subprocess.run([sys.executable, ROOT / "tools" / "make_demo.py", "-o", tmp_path], check=True, timeout=120)
     for shipped in SCANS.glob("*.npz"):
         old, new = np.load(shipped), np.load(tmp_path / shipped.name)
-        assert sorted(old) == sorted(new)
-        for key in old:
-            assert old[key].dtype == new[key].dtype
-            differs = ~np.isclose(old[key], new[key], rtol=0, atol=1e-6)
-            assert differs.mean() < 1e-4, f"{shipped.name} {key}: run tools/make_demo.py"
+        assert {key: old[key].dtype for key in old} == {key: new[key].dtype for key in new}
+        for key in ("azimuth_deg", "elevation_deg"):
+            assert np.allclose(old[key], new[key], rtol=0, atol=1e-4)
+        near = np.isclose(old["range"], new["range"], rtol=0, atol=0.06)
+        assert near.mean() > 0.98, f"{shipped.name}: run tools/make_demo.py"
 
 
 def test_show_writes_the_picture_of_a_scan(tmp_path, shipped):

@@ -74,15 +74,6 @@ def chair(seat: float = 0.46, back: float = 0.9) -> Thing:
     return Thing("chair", (*feet, column, cushion, rest))
 
 
-def shelf(width: float = 0.9, depth: float = 0.35, height: float = 1.9, boards: int = 5) -> Thing:
-    """Return an open shelf: sides, back and boards."""
-    sides = [Part(box(depth, 0.02, height), pose(y=side * (width - 0.02) / 2), 0.6) for side in (-1, 1)]
-    back = Part(box(0.01, width, height), pose(x=-depth / 2), 0.6)
-    levels = np.linspace(0, height - 0.02, boards)
-    planks = [Part(box(depth, width, 0.02), pose(z=float(z)), 0.6) for z in levels]
-    return Thing("shelf", (*sides, back, *planks))
-
-
 def car(length: float = 4.3, width: float = 1.75, height: float = 1.45, paint: float = 0.6) -> Thing:
     """Return a car: body and cabin as prisms, wheels, windows that give no return."""
     half, waist = length / 2, 0.62 * height

@@ -33,8 +33,7 @@ def demo(
         with atomic_write(out / scan.name) as temporary:
             shutil.copyfile(scan, temporary)
     results = out / "results"
-    # The shipped detectors also find windows, poles, people and a chair here, but have false positives
-    # (docs/detectors.md). Rules alone have none, and give each rejected object a reason in metres.
+    # Rules alone give each rejected object a reason in metres; the trained detectors are what comes next.
     detect([out / scan.name for scan in scans], results, cascades="none", as_json=as_json, quiet=quiet)
     if quiet or as_json:
         return
@@ -42,3 +41,4 @@ def demo(
     print(f"  {'pictures':<12}{results / 'overlays'}")
     print(f"  {'detections':<12}{results / 'detections.json'} and .csv")
     print(f"  {'next':<12}laserimg show {out / scans[0].name}")
+    print(f"  {'':<12}laserimg detect {out} -o out     (all nine trained detectors)")

@@ -23,7 +23,7 @@ from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import TrainingScan
 from laserimg.recipes.shadows import in_shadow
-from laserimg.workers import unordered
+from laserimg.workers import in_order
 
 # A box is of an object from here on, of none below; between the two it teaches nothing.
 OF_OBJECT, OF_NONE = 0.55, 0.35
@@ -89,12 +89,8 @@ def proposed_in(
     tell: Callable[[], None] = lambda: None,
 ) -> list[Proposed]:
     """Return what the cascades of a recipe, and the regions, propose in some scans."""
-    found: dict[int, Proposed] = {}
     work = partial(_proposed, recipe, tuple(cascades))
-    for one in unordered(work, list(enumerate(scans)), jobs, _died):
-        found[one.number] = one
-        tell()
-    return [found[number] for number in range(len(scans))]
+    return in_order(work, enumerate(scans), jobs, _died, lambda _: tell())
 
 
 def samples_of_look(
@@ -119,12 +115,9 @@ def samples_of_look(
     judged : bool
         This look is the last: what the judge sees is asked for too.
     """
-    found: dict[int, tuple[Samples, Proposed]] = {}
     work = partial(_samples, recipe, looks, judged)
-    for samples, left in unordered(work, proposed, jobs, lambda one: _died((one.number, one.scan))):
-        found[left.number] = samples, left
-        tell()
-    samples, left = zip(*(found[number] for number in range(len(proposed))), strict=True)
+    found = in_order(work, proposed, jobs, lambda one: _died((one.number, one.scan)), lambda _: tell())
+    samples, left = zip(*found, strict=True)
     return joined(samples), list(left)
 
 

@@ -21,7 +21,7 @@ from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import CascadeRecipe, Recipe
 from laserimg.recipes.scans import TrainingScan
 from laserimg.simulate.sets import Extra
-from laserimg.workers import unordered
+from laserimg.workers import in_order
 
 # Views have one scale: a ratio that no second level of their pyramid fits.
 _ONE_SCALE = 64.0
@@ -52,7 +52,8 @@ def train_proposer(
     card = card_of(recipe, cascade, len(scans), extras)
     if is_described_by(path, card):
         return path
-    samples = _gathered(recipe, card, scans, jobs, tell)
+    every = -(-len(scans) // MOST_BACKGROUNDS)
+    samples = in_order(partial(_samples, recipe, card, every), enumerate(scans), jobs, _died, tell)
     positives = np.concatenate([one.positives for one in samples])
     if len(positives) < LEAST_OBJECTS:
         raise LabelError(
@@ -66,31 +67,17 @@ def train_proposer(
     return path
 
 
-def _gathered(
-    recipe: Recipe, card: Card, scans: list[TrainingScan], jobs: int, tell: Callable[[int], None]
-) -> list[Samples]:
-    """Samples of the scans, in their order: training does not depend on which worker was first."""
-    found: dict[int, Samples] = {}
-    every = -(-len(scans) // MOST_BACKGROUNDS)
-    work = partial(_samples, recipe, card, every)
-    for number, samples in unordered(work, list(enumerate(scans)), jobs, _died):
-        found[number] = samples
-        tell(len(found))
-    return [found[number] for number in range(len(scans))]
-
-
-def _samples(recipe: Recipe, card: Card, every: int, item: tuple[int, TrainingScan]) -> tuple[int, Samples]:
+def _samples(recipe: Recipe, card: Card, every: int, item: tuple[int, TrainingScan]) -> Samples:
     number, scan = item
     learnt, kept_out = scan.objects(recipe)
     if number % every and len(learnt) == 0:
-        return number, no_samples(card)
+        return no_samples(card)
     rng = np.random.default_rng([recipe.seed, number])
     with one_cv2_thread():
-        samples = samples_of(observed(scan.path), card, learnt, kept_out, rng, views=number % every == 0)
-    return number, samples
+        return samples_of(observed(scan.path), card, learnt, kept_out, rng, views=number % every == 0)
 
 
-def _died(item: tuple[int, TrainingScan]) -> tuple[int, Samples]:
+def _died(item: tuple[int, TrainingScan]) -> Samples:
     raise killed(item[1])
 
 

@@ -15,7 +15,7 @@ LAYERS = [
     ["descriptors", "evidence", "matching", "truth"],
     ["samples", "cascade", "detectors", "hog_training", "classify"],
     ["rules", "sources"],
-    ["evaluate", "pipeline", "semantic_map", "simulate", "draw"],
+    ["evaluate", "pipeline", "semantic_map", "simulate", "sheet", "draw"],
     ["settings", "records", "build", "batch", "report", "recipes", "labels", "sensors"],
     ["cli", "__main__"],
 ]

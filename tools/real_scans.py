@@ -20,9 +20,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from laserimg.boxes import iou, split_at_seam
+from laserimg.boxes import iou
 from laserimg.build import Build
-from laserimg.draw import overlay, picture_scale
+from laserimg.draw import overlay
 from laserimg.evaluate.matching import match
 from laserimg.files import write_text
 from laserimg.formats.coco import Annotation
@@ -31,6 +31,7 @@ from laserimg.rules.edit import set_rules
 from laserimg.rules.file import SHIPPED
 from laserimg.scan import Scan
 from laserimg.settings import Settings
+from laserimg.sheet import Sheet
 from real_sets import SETS, RealSet
 
 TRUTH, IGNORED = (255, 220, 0), (150, 150, 150)
@@ -132,13 +133,11 @@ def _best(result: Result, label: str, box: np.ndarray, wrap: int | None) -> str:
 
 
 def _draw(result: Result, truth: list[tuple[str, Annotation]], path: Path) -> None:
-    scan, picture = result.evidence.scan, overlay(result)
-    across, up = picture_scale(scan)
+    sheet, picture = Sheet.of(result.evidence.scan), overlay(result)
     for _, entry in truth:
         colour = IGNORED if entry.iscrowd else TRUTH
-        for x, y, w, h in split_at_seam(entry.bbox, scan.shape[1]) if scan.wraps else [entry.bbox]:
-            corners = (round(x * across), round(y * up)), (round((x + w) * across), round((y + h) * up))
-            cv2.rectangle(picture, *corners, colour, 2)
+        for x, y, w, h in sheet.places(entry.bbox):
+            cv2.rectangle(picture, (round(x), round(y)), (round(x + w), round(y + h)), colour, 2)
     path.parent.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(path), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
 

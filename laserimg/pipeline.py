@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from laserimg.clusters import find_clusters
+from laserimg.detectors.box_samples import box_size_m
 from laserimg.detectors.candidate import Candidate, Detector
 from laserimg.detectors.shipped import detector_files, load_model, shipped_folder
 from laserimg.evidence import Box, Evidence, Window
@@ -22,6 +23,7 @@ from laserimg.rules.checks import (
     near_miss,
     near_score,
     no_region,
+    plausible_box,
     size_rules,
     sure_enough,
     with_odds,
@@ -181,16 +183,19 @@ class Pipeline:
     def _judged(self, evidence: Evidence, candidate: Candidate) -> Finding:
         rules = self.rules[candidate.label]
         if not self.measures_all and _is_hopeless(candidate, rules):
-            return _finding(candidate, None, None, (), rules)
+            return _finding(candidate, None, None, (), (), rules)
+        far = (
+            plausible_box(box_size_m(evidence, candidate.box), rules) if _is_doubted(candidate, rules) else ()
+        )
         region = self._region(evidence, candidate)
         if region is None:
-            return _finding(candidate, None, None, (no_region(),), rules)
+            return _finding(candidate, None, None, (no_region(),), far, rules)
         scan = evidence.scan
         window = Window.of(candidate.box, scan.shape, scan.wraps)
         size = metric_box(scan, region, evidence.floor)
         inside, fills = shares(region, window, scan.shape, scan.counts(window.cut(scan.range)))
         checks = (*continuity(inside, fills, rules), *size_rules(size, rules))
-        return _finding(candidate, region, size, checks, rules)
+        return _finding(candidate, region, size, checks, far, rules)
 
     def _settled(self, evidence: Evidence, findings: list[Finding]) -> tuple[Finding, ...]:
         """Add the suppression check to every finding that passed the others."""
@@ -211,8 +216,10 @@ def _finding(
     region: Region | None,
     size: MetricBox | None,
     checks: tuple[Check, ...],
+    far: tuple[Check, ...],
     rules: ClassRules,
 ) -> Finding:
+    """The finding after its checks; those of the box itself (`far`) reject also what others only doubt."""
     failed = [check.reason for check in checks if not check.passed]
     doubted = _is_doubted(candidate, rules)
     score = candidate.score
@@ -223,10 +230,11 @@ def _finding(
     lowers = doubted or rules.on_fail == "demote"
     sure = sure_enough(score, rules) if candidate.scored else ()
     passed = not failed or (lowers and region is not None)
-    accepted = passed and all(check.passed for check in sure)
-    unsure = [check.reason for check in sure if not check.passed]
+    accepted = passed and all(check.passed for check in (*sure, *far))
+    unsure = [check.reason for check in (*sure, *far) if not check.passed]
     reasons = [*unsure, *failed] if doubted else [*failed, *unsure]
-    return Finding(candidate, score, region, size, (*checks, *sure), accepted, "" if accepted else reasons[0])
+    every = (*checks, *far, *sure)
+    return Finding(candidate, score, region, size, every, accepted, "" if accepted else reasons[0])
 
 
 def _is_doubted(candidate: Candidate, rules: ClassRules) -> bool:

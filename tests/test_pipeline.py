@@ -252,6 +252,22 @@ def test_near_misses_fail_by_size_alone_within_twice_the_limits():
 DOUBTED = ClassRules("bin", ("cascade",), score=0.3, on_fail="doubt")
 
 
+@pytest.mark.parametrize("low, reason", [(0.7, ""), (1.2, "box height {:.2f} m < 0.60 m")])
+def test_a_box_less_than_half_as_high_as_its_class_is_rejected_whatever_its_score(low, reason):
+    """The box is 0.4 m high: too low for both, but far too low for the second alone."""
+    box = from_regions(BIN)(TWO_BOXES).detections[0].box
+    rules = replace(DOUBTED, limits={"height": Interval(low, 2.0), "width": Interval(0.2, 0.5)})
+    (finding,) = Pipeline(Rules((rules,)), (Fixed(("bin", box, 0.9, "cascade", "bin", None, 0.0)),))(
+        TWO_BOXES
+    ).findings
+    checks = {check.name: check for check in finding.checks}
+    assert not checks["height"].passed and checks["box_width"].passed
+    assert checks["box_height"].value == pytest.approx(0.4, abs=0.05)
+    assert checks["box_width"].value == pytest.approx(0.3, abs=0.05)
+    assert finding.accepted == (not reason)
+    assert finding.reason == reason.format(checks["box_height"].value)
+
+
 def scored_at(scores, source="cascade", rules=DOUBTED):
     """A second stage's candidates side by side on bare floor, and one of 0.9 that is detected."""
     sure = ("bin", from_regions(BIN)(TWO_BOXES).detections[0].box, 0.9, "regions", "bin", None, 0.0)

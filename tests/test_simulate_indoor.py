@@ -12,6 +12,7 @@ from laserimg.simulate.scenes.placing import part_boxes, penetration, placed
 
 SIZES = {
     "wastebasket": ((0.11, 0.20, 0.22), (0.40, 0.40, 0.60)),
+    "full_wastebasket": ((0.11, 0.20, 0.22), (0.40, 0.40, 0.62)),
     "office_chair": ((0.5, 0.5, 0.75), (1.0, 0.8, 1.5)),
     "chair": ((0.38, 0.38, 0.75), (0.6, 0.5, 0.98)),
     "door": ((0.10, 0.7, 2.0), (1.5, 2.6, 2.3)),
@@ -55,10 +56,26 @@ def test_objects_stand_on_the_floor_within_their_sizes_and_repeat(name):
         assert np.isfinite(thing.mesh.vertices).all()
         assert abs(thing.mesh.vertices[:, 2].min()) < 0.01
         assert (thing.mesh.extents >= low).all() and (thing.mesh.extents <= high).all(), thing.mesh.extents
-        assert thing.label == (name if name in LABELLED else "")
+        label = name.removeprefix("full_")
+        assert thing.label == (label if label in LABELLED else "")
 
 
-@pytest.mark.parametrize("name", ["wastebasket", "bucket", "drum", "office_chair", "computer", "cabinet"])
+def test_a_full_wastebasket_shows_no_hollow():
+    """The highest point near its middle is near the brim; in most others it is far below."""
+    hollow = {}
+    for name in ("wastebasket", "full_wastebasket"):
+        meshes = [OBJECTS[name](np.random.default_rng(seed)).mesh for seed in range(40)]
+        middles = [np.linalg.norm(m.vertices[:, :2], axis=1) < 0.3 * m.extents[:2].min() for m in meshes]
+        tops = [m.vertices[middle, 2].max() for m, middle in zip(meshes, middles, strict=True)]
+        hollow[name] = [1 - top / m.extents[2] for m, top in zip(meshes, tops, strict=True)]
+    assert max(hollow["full_wastebasket"]) < 0.25
+    assert np.median(hollow["wastebasket"]) > 0.3
+
+
+CLOSED = ("wastebasket", "full_wastebasket", "bucket", "drum", "office_chair", "computer", "cabinet")
+
+
+@pytest.mark.parametrize("name", CLOSED)
 def test_closed_objects_face_outwards(name):
     """Every part is closed: its edges cancel, and it encloses a positive volume."""
     for seed in range(10):

@@ -3,14 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.boxes import Boxes
-from laserimg.evidence import Evidence
+from laserimg.boxes import Boxes, as_boxes
+from laserimg.evidence import Box, Evidence
 from laserimg.geometry.floor import Floor
 from laserimg.scan import Float32Array
 
 # The range of a window is this quantile of the returns in it: a chair's middle looks through to the wall.
 _NEAR_SHARE = 0.3
-_RANGE_SAMPLES = 12
+_RANGE_PLACES = (np.arange(12) + 0.5) / 12
 _MIDDLE, _END = np.array([0.5]), np.array([1.0])
 
 
@@ -24,10 +24,23 @@ def near_range(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> NDArra
         Metres; infinite where nothing returned.
     boxes : (n, 4) array
     """
-    places = (np.arange(_RANGE_SAMPLES) + 0.5) / _RANGE_SAMPLES
-    found = ranges[pixels_of(evidence, boxes, places, places)].astype(np.float64)
+    found = ranges[pixels_of(evidence, boxes, _RANGE_PLACES, _RANGE_PLACES)].astype(np.float64)
     near = quantiles(found, np.isfinite(found), (_NEAR_SHARE,))[0]
     return np.where(np.isfinite(near), np.clip(near, 0.1, 1e4), 1.0)
+
+
+def box_size_m(evidence: Evidence, box: Box) -> tuple[float, float] | None:
+    """Return width and height in metres of a box, at the range of what is near in it.
+
+    None if nothing returned there.
+    """
+    boxes = as_boxes([box])
+    found = evidence.scan.range.ravel()[pixels_of(evidence, boxes, _RANGE_PLACES, _RANGE_PLACES)]
+    (near,) = quantiles(found, evidence.scan.counts(found), (_NEAR_SHARE,))
+    if not np.isfinite(near[0]):
+        return None
+    (width,), (height,) = sizes_m(evidence, boxes, near.astype(np.float64))
+    return float(width), float(height)
 
 
 def pixels_of(evidence: Evidence, boxes: Boxes, across: NDArray, down: NDArray) -> NDArray[np.intp]:

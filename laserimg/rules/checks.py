@@ -8,6 +8,8 @@ from laserimg.rules.model import QUANTITIES, ClassRules, Interval
 
 # A failed check of a class that lowers scores multiplies the score by this.
 DEMOTION = 0.5
+# What is smaller than a limit by more than this factor, or larger, is far from it.
+_FAR = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +19,7 @@ class Check:
     Parameters
     ----------
     name : str
-        What was tested: a share, a measured quantity, "region" or "suppression".
+        What was tested: a share, a measured quantity, "box_width", "box_height", "region" or "suppression".
     value : float
         In metres, a share or a count.
     limit : Interval
@@ -77,6 +79,28 @@ def size_rules(box: MetricBox, rules: ClassRules) -> tuple[Check, ...]:
     return tuple(checks)
 
 
+def plausible_box(size_m: tuple[float, float] | None, rules: ClassRules) -> tuple[Check, ...]:
+    """Return the checks that a box is not far from what its class may be.
+
+    The sizes of its region only make a candidate doubtful, as regions of true objects may be parts of them or
+    more. The box itself fits an object by half or better, so that its width and height lie within twice
+    the limits.
+
+    Parameters
+    ----------
+    size_m : (float, float) or None
+        Width and height of the box in metres; None is not checked.
+    rules : ClassRules
+    """
+    checks = []
+    for name, value in zip(("width", "height"), size_m or (), strict=False):
+        if name in rules.limits:
+            limit = rules.limits[name].widened(_FAR)
+            reason = limit.failure(name, value)
+            checks.append(Check(f"box_{name}", value, limit, not reason, reason and f"box {reason}"))
+    return tuple(checks)
+
+
 def demoted_score(score: float, checks: tuple[Check, ...]) -> float:
     """Return the score, lowered once for each failed check."""
     return score * DEMOTION ** sum(not check.passed for check in checks)
@@ -96,15 +120,14 @@ def with_odds(score: float, log_odds: float) -> float:
 
 def near_score(checks: tuple[Check, ...]) -> bool:
     """Whether the score of a candidate, if it failed, is at least half its limit."""
-    return all(check.passed or _within_twice(check) for check in checks if check.name == "score")
+    return all(check.passed or _is_not_far(check) for check in checks if check.name == "score")
 
 
 def near_miss(checks: tuple[Check, ...]) -> bool:
     """Whether a candidate fails by size alone and lies within twice the limits."""
     failed = [check for check in checks if not check.passed]
-    return bool(failed) and all(check.name in QUANTITIES and _within_twice(check) for check in failed)
+    return bool(failed) and all(check.name in QUANTITIES and _is_not_far(check) for check in failed)
 
 
-def _within_twice(check: Check) -> bool:
-    low, high = check.limit.low, check.limit.high
-    return (low is None or check.value >= low / 2) and (high is None or check.value <= high * 2)
+def _is_not_far(check: Check) -> bool:
+    return check.limit.widened(_FAR).contains(check.value)

@@ -105,6 +105,17 @@ class Interval:
         """Whether a value is within the limits; NaN never is."""
         return not (isnan(value) or self._below(value) or self._above(value))
 
+    def widened(self, factor: float) -> "Interval":
+        """Return the interval with its limits apart by a factor on each side.
+
+        Examples
+        --------
+        >>> Interval(0.2, 0.6).widened(2)
+        Interval(low=0.1, high=1.2)
+        """
+        low, high = self.low, self.high
+        return Interval(None if low is None else low / factor, None if high is None else high * factor)
+
     def failure(self, name: str, value: float) -> str:
         """Return which limit a measured value breaks, in words; "" when it breaks none.
 

@@ -31,7 +31,7 @@ from laserimg.simulate.objects.seats import armchair, chair, office_chair, stool
 from laserimg.simulate.objects.stairs import stairs
 from laserimg.simulate.objects.storage import cabinet, cardboard_boxes, coat_rack, shelf, suitcase
 from laserimg.simulate.objects.trees import tree
-from laserimg.simulate.objects.vessels import bucket, drum, umbrella_stand, wastebasket
+from laserimg.simulate.objects.vessels import bucket, drum, full_wastebasket, umbrella_stand, wastebasket
 from laserimg.simulate.objects.windows import glazing, window
 from laserimg.simulate.things import Thing
 
@@ -40,7 +40,7 @@ _MAKERS = (
     desk, table, pedestal, chair, stool, armchair, shelf, cabinet, cardboard_boxes, suitcase, coat_rack,
     computer, monitor, printer, floor_lamp, robot, radiator, column, pipe, plant, ceiling_lamp, bucket,
     umbrella_stand, drum, glazing, bag, cables, equipment, screen, stack, trolley, whiteboard,
-    car, person, tree, lamp_post, sign_post, traffic_light, bollard, hedge, facade,
+    full_wastebasket, car, person, tree, lamp_post, sign_post, traffic_light, bollard, hedge, facade,
     lorry, bicycle, bench, litter_bin, wheelie_bin, utility_box, planter, shrub, fence, low_wall,
 )  # fmt: skip
 OBJECTS: Mapping[str, Callable[[np.random.Generator], Thing]] = MappingProxyType(

@@ -19,18 +19,35 @@ def wastebasket(rng: np.random.Generator) -> Thing:
     25-42 cm high, as catalogues of 12-30 litre office baskets. Oblong ones are 0.55-0.85 as deep as
     wide. Walls 2-5 mm, tapers 0-14 degrees.
     """
+    outline, foot, height, shell = _basket(rng)
+    parts = [shell]
+    if rng.random() < 0.4:
+        parts.append(_bag(rng, outline, foot, height))
+    if rng.random() < 0.6:
+        parts.append(_contents(rng, outline, foot, height))
+    return Thing("wastebasket", joined(parts), "wastebasket")
+
+
+def full_wastebasket(rng: np.random.Generator) -> Thing:
+    """Return a `wastebasket` that shows no hollow: filled to the brim, or under a lid, flat or domed."""
+    outline, foot, height, shell = _basket(rng)
+    parts = [shell]
+    if rng.random() < 0.4:
+        parts.append(_bag(rng, outline, foot, height))
+    is_filled = rng.random() < 0.5
+    top = _contents(rng, outline, foot, height, (0.85, 1.02)) if is_filled else _lid(rng, outline, height)
+    return Thing("full_wastebasket", joined([*parts, top]), "wastebasket")
+
+
+def _basket(rng: np.random.Generator) -> tuple[NDArray[np.float64], float, float, Mesh]:
+    """The outline at the brim, the foot as a share of it, the height, and the empty shell."""
     height = rng.uniform(0.25, 0.42) if rng.random() < 0.7 else rng.uniform(0.22, 0.58)
     width = float(np.clip(height * rng.uniform(0.62, 1.05), 0.205, 0.36))
     slim = rng.uniform(0.55, 0.85) if rng.random() < 0.3 else 1.0
     outline = _outline(slim, _squareness(rng)) * width / 2
     foot = max(rng.uniform(0.62, 1.0), 1 - 2 * height * np.tan(np.radians(14)) / width)
     shell = varied(rng, str(rng.choice(_SHELLS)), 0.3)
-    parts = [_vessel(rng, outline, foot, height, shell, has_rim=rng.random() < 0.55)]
-    if rng.random() < 0.4:
-        parts.append(_bag(rng, outline, foot, height))
-    if rng.random() < 0.6:
-        parts.append(_contents(rng, outline, foot, height))
-    return Thing("wastebasket", joined(parts), "wastebasket")
+    return outline, foot, height, _vessel(rng, outline, foot, height, shell, has_rim=rng.random() < 0.55)
 
 
 def bucket(rng: np.random.Generator) -> Thing:
@@ -137,9 +154,27 @@ def _bag(rng: np.random.Generator, outline: NDArray, foot: float, height: float)
     return quads_mesh(quads, [film], np.zeros(len(quads), int))
 
 
-def _contents(rng: np.random.Generator, outline: NDArray, foot: float, height: float) -> Mesh:
-    """Crumpled paper, cartons and bottles up to a random level."""
-    level = rng.uniform(0.15, 0.85) * height
+def _lid(rng: np.random.Generator, outline: NDArray, height: float) -> Mesh:
+    """A lid that reaches over the brim, flat or domed, up to 0.60 m over the ground."""
+    over, edge = rng.uniform(0.002, 0.008), rng.uniform(0.005, 0.02)
+    dome = min(rng.uniform(0.0, 0.05), max(0.6 - height - edge, 0.0))
+    rings = [
+        _ring(outline, 1.0, height - edge, over),
+        _ring(outline, 1.0, height + edge, over),
+        _ring(outline, rng.uniform(0.4, 0.9), height + edge + dome),
+    ]
+    return lofted(np.stack(rings), [varied(rng, str(rng.choice(_SHELLS)), 0.3)])
+
+
+def _contents(
+    rng: np.random.Generator,
+    outline: NDArray,
+    foot: float,
+    height: float,
+    levels: tuple[float, float] = (0.15, 0.85),
+) -> Mesh:
+    """Crumpled paper, cartons and bottles up to a random level, a share of the height."""
+    level = rng.uniform(*levels) * height
     inside = 0.8 * (foot + (1 - foot) * level / height)
     count = int(rng.integers(4, 10))
     places = outline[rng.integers(len(outline), size=count)] * inside * np.sqrt(rng.random((count, 1))) * 0.8

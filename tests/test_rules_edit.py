@@ -305,7 +305,7 @@ def test_a_refused_edit_leaves_the_file_as_it_is(laserimg, tmp_path):
     code, out, err = laserimg("set", "wastebasket.height.max", "0.1")
     assert (code, out) == (1, "")
     assert err == (
-        "laserimg: nothing changed: rules.toml:15: height: the lower limit 0.2 is above the upper limit 0.1\n"
+        "laserimg: nothing changed: rules.toml:17: height: the lower limit 0.2 is above the upper limit 0.1\n"
     )
     assert (tmp_path / "rules.toml").read_bytes() == before
     assert [path.name for path in tmp_path.iterdir()] == ["rules.toml"]

@@ -268,6 +268,23 @@ def test_a_box_less_than_half_as_high_as_its_class_is_rejected_whatever_its_scor
     assert finding.reason == reason.format(checks["box_height"].value)
 
 
+def test_a_wedge_at_the_end_of_a_fan_is_no_rectangle():
+    """From 1 to 7 degrees off the axis of a tilting fan sides are as 1 to 7, from 30 to 36 nearly alike."""
+    fan, tilt = np.radians(np.arange(90.0, -91.0, -1.0)), np.radians(np.arange(20.0, -60.0, -1.0))
+    level = np.stack([np.cos(fan), np.sin(fan), 0 * fan], axis=-1)
+    turn = np.stack([np.cos(tilt), 0 * tilt, np.sin(tilt)], axis=-1)
+    directions = (level[None, :, :1] * turn[:, None] + level[None] * [0.0, 1.0, 0.0]).astype(np.float32)
+    scan = Scan(np.full(directions.shape[:2], 2.0, np.float32), directions)
+    boxes = [(1.0, 20.0, 7.0, 40.0), (30.0, 20.0, 7.0, 40.0)]
+    fixed = Fixed(*(("bin", box, 0.9, "cascade", "bin", None, 0.0) for box in boxes))
+    wedge, other = Pipeline(Rules((DOUBTED,)), (fixed,))(scan).findings
+    ratios = [next(c.value for c in one.checks if c.name == "box_sides") for one in (wedge, other)]
+    expected = [np.sin(np.radians(a)) / np.sin(np.radians(b)) for a, b in ((1, 7), (30, 36))]
+    assert ratios == pytest.approx(expected, abs=0.03)
+    assert not wedge.accepted and "box_sides 0.1" in wedge.reason
+    assert not any(check.name == "box_sides" and not check.passed for check in other.checks)
+
+
 def scored_at(scores, source="cascade", rules=DOUBTED):
     """A second stage's candidates side by side on bare floor, and one of 0.9 that is detected."""
     sure = ("bin", from_regions(BIN)(TWO_BOXES).detections[0].box, 0.9, "regions", "bin", None, 0.0)

@@ -12,6 +12,8 @@ from laserimg.scan import Float32Array
 _NEAR_SHARE = 0.3
 _RANGE_PLACES = (np.arange(12) + 0.5) / 12
 _MIDDLE, _END = np.array([0.5]), np.array([1.0])
+# In the first and in the last column of a box.
+_SIDES = np.array([1e-3, 1.0])
 
 
 def near_range(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> NDArray[np.float64]:
@@ -41,6 +43,17 @@ def box_size_m(evidence: Evidence, box: Box) -> tuple[float, float] | None:
         return None
     (width,), (height,) = sizes_m(evidence, boxes, near.astype(np.float64))
     return float(width), float(height)
+
+
+def side_ratio(evidence: Evidence, box: Box) -> float:
+    """Return how high one upright side of a box is, in angle, as a share of the other; the higher one is 1.
+
+    1 on a grid of elevations and azimuths. At the ends of a tilting fan all rows meet in its axis: there a
+    box is a wedge.
+    """
+    ends = pixels_of(evidence, as_boxes([box]), _SIDES, _MIDDLE)[0]
+    left, right = (float(pitch) for pitch in evidence.pitch[1].ravel()[ends])
+    return min(left, right) / max(left, right, 1e-9)
 
 
 def pixels_of(evidence: Evidence, boxes: Boxes, across: NDArray, down: NDArray) -> NDArray[np.intp]:

@@ -20,7 +20,7 @@ from laserimg.recipes.scans import TrainingScan
 from laserimg.rules.model import ClassRules
 from laserimg.workers import in_order
 
-_NO_CHECKS = ("score", "suppression", "box_width", "box_height")
+_NO_CHECKS = ("score", "suppression", "box_sides", "box_width", "box_height")
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -19,7 +19,8 @@ class Check:
     Parameters
     ----------
     name : str
-        What was tested: a share, a measured quantity, "box_width", "box_height", "region" or "suppression".
+        What was tested: a share, a measured quantity, "box_sides", "box_width", "box_height", "region"
+        or "suppression".
     value : float
         In metres, a share or a count.
     limit : Interval
@@ -79,20 +80,25 @@ def size_rules(box: MetricBox, rules: ClassRules) -> tuple[Check, ...]:
     return tuple(checks)
 
 
-def plausible_box(size_m: tuple[float, float] | None, rules: ClassRules) -> tuple[Check, ...]:
+def plausible_box(
+    side_ratio: float, size_m: tuple[float, float] | None, rules: ClassRules
+) -> tuple[Check, ...]:
     """Return the checks that a box is not far from what its class may be.
 
     The sizes of its region only make a candidate doubtful, as regions of true objects may be parts of them or
     more. The box itself fits an object by half or better, so that its width and height lie within twice
-    the limits.
+    the limits. A box whose one side is not half as high as the other, at the end of a fan, is no rectangle in
+    space: what it shows has no size.
 
     Parameters
     ----------
+    side_ratio : float
+        Angle of the lower of its upright sides as a share of that of the higher.
     size_m : (float, float) or None
         Width and height of the box in metres; None is not checked.
     rules : ClassRules
     """
-    checks = []
+    checks = [_share("box_sides", side_ratio, 1 / _FAR)]
     for name, value in zip(("width", "height"), size_m or (), strict=False):
         if name in rules.limits:
             limit = rules.limits[name].widened(_FAR)

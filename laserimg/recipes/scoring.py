@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from laserimg.detectors.boosted_trees import BoostedTrees
 from laserimg.detectors.look import Look
@@ -151,7 +152,9 @@ def _correction(vectors: NDArray[np.float16], moves: NDArray[np.float32]) -> tup
     values, wanted = vectors[some].astype(np.float64), moves[some].astype(np.float64)
     mean, still = values.mean(axis=0), wanted.mean(axis=0)
     centred = values - mean
-    kernel = centred @ centred.T
-    kernel[np.diag_indices_from(kernel)] += RIDGE * np.trace(kernel) / len(kernel)
-    weights = np.linalg.solve(kernel, wanted - still).T @ centred
+    # Several threads give other last bits, and what is trained on boxes so corrected differs.
+    with threadpool_limits(1):
+        kernel = centred @ centred.T
+        kernel[np.diag_indices_from(kernel)] += RIDGE * np.trace(kernel) / len(kernel)
+        weights = np.linalg.solve(kernel, wanted - still).T @ centred
     return weights, (still - weights @ mean).astype(np.float32)

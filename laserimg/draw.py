@@ -9,7 +9,7 @@ from laserimg.images import make_image
 from laserimg.pipeline import Finding, Result
 from laserimg.sheet import Picture, Sheet
 
-GREEN, RED, WHITE, BLACK = (60, 220, 60), (235, 70, 70), (255, 255, 255), (0, 0, 0)
+GREEN, RED, BLACK = (60, 220, 60), (235, 70, 70), (0, 0, 0)
 # Beyond this many, the reasons would hide the picture; the table has them all.
 MAX_REASONS = 12
 _FONT, _SIZE = cv2.FONT_HERSHEY_SIMPLEX, 0.5
@@ -55,11 +55,15 @@ def _draw_box(picture: Picture, places: list[Box], colour: tuple, thickness: int
 
 
 def _draw_captions(picture: Picture, sheet: Sheet, captions: list[tuple[Finding, str, tuple]]) -> None:
-    """Write captions, each at the widest piece of its box."""
-    boxes = [max(sheet.places(finding.box), key=lambda place: place[2]) for finding, _, _ in captions]
-    sizes = [_text_size(text) for _, text, _ in captions]
-    places = caption_places(boxes, sizes, picture.shape[:2])
-    for (left, top, width, height), (_, text, colour) in zip(places, captions, strict=True):
+    """Write captions, each at the widest piece of its box; what lies outside the grid has none."""
+    shown = []
+    for finding, text, colour in captions:
+        pieces = sheet.places(finding.box)
+        if pieces:
+            shown.append((max(pieces, key=lambda piece: piece[2]), text, colour))
+    sizes = [_text_size(text) for _, text, _ in shown]
+    places = caption_places([box for box, _, _ in shown], sizes, picture.shape[:2])
+    for (left, top, width, height), (_, text, colour) in zip(places, shown, strict=True):
         cv2.rectangle(picture, (left, top), (left + width - 1, top + height - 1), BLACK, -1)
         where = left + _PADDING, top + height - _BELOW_LINE
         cv2.putText(picture, text, where, _FONT, _SIZE, colour, 1, cv2.LINE_AA)

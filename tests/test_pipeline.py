@@ -333,6 +333,13 @@ def test_the_picture_shows_of_rejected_candidates_what_near_keeps():
     assert (overlay(result) != overlay(Result(result.evidence, result.findings[:2]))).any()
 
 
+def test_a_candidate_outside_the_grid_is_not_in_the_picture():
+    outside = Fixed(("bin", (TWO_BOXES.shape[1] + 5.0, 10.0, 8.0, 20.0), 0.9, "given", "given"))
+    result = Pipeline(Rules((BIN,)), (outside,))(TWO_BOXES)
+    assert [f.is_near for f in result.rejected] == [True] and not TWO_BOXES.wraps
+    assert (overlay(result) == overlay(Result(result.evidence, ()))).all()
+
+
 def test_bare_regions_are_near_by_size_beside_candidates_with_scores():
     far = ClassRules("far", ("regions",), {"height": Interval(5.0, 6.0)})
     fixed = Fixed(("cask", (100.0, 100.0, 8.0, 20.0), 0.2, "cascade", "cask", None, 0.0))

@@ -180,21 +180,22 @@ def test_what_a_swinging_head_sees_is_reported_where_it_did_not_look():
 
 
 SPINNING = [
-    ("spinning32", (32, 1800)),
-    ("spinning40", (40, 1800)),
-    ("spinning64", (64, 2083)),
-    ("spinning128", (128, 1024)),
+    ("spinning32", (32, 1800), (15, -25)),
+    ("spinning40", (40, 1800), (7, -16)),
+    ("spinning64", (64, 2083), (2, -24.33)),
+    ("spinning128", (128, 1024), (21, -21.8)),
 ]
 
 
-@pytest.mark.parametrize(("name", "shape"), SPINNING)
-def test_spinning_scanners_close_the_turn_and_take_the_strongest(name, shape):
+@pytest.mark.parametrize(("name", "shape", "ends_deg"), SPINNING)
+def test_spinning_scanners_close_the_turn_and_take_the_strongest(name, shape, ends_deg):
     scanner = SCANNERS[name]
     assert scanner.directions.shape == (*shape, 3) and scanner.wraps
     azimuth = np.arctan2(scanner.directions[0, :, 1], scanner.directions[0, :, 0])
     assert (np.diff(azimuth) < 0).all() and azimuth[0] > 3.13
-    elevation = scanner.directions[:, 0, 2]
+    elevation = np.degrees(np.arcsin(scanner.directions[:, 0, 2]))
     assert (np.diff(elevation) < 0).all()
+    assert elevation[[0, -1]] == pytest.approx(ends_deg, abs=0.01)
     # A thin post before a far white wall: whole beams beside it, no pixel between them.
     post = Thing("post", upright(5, 0.05, 1, Material("dark", 0.05)))
     seen = scanned(post, Thing("wall", upright(10, 20, 20)), scanner=scanner)

@@ -1,5 +1,7 @@
 """Scanners whose rows of beams spin about the vertical."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -50,17 +52,13 @@ def spinning40() -> Scanner:
     window, and reflectivity as of the Velodyne's (`spinning32`) are our assumptions.
     """
     elevation = np.concatenate([7 - np.arange(5), 2 - np.arange(25) / 3, -7 - np.arange(10)])
-    return Scanner(
-        "spinning40",
-        full_turn(elevation, 1800),
-        wraps=True,
+    return replace(
+        spinning32(),
+        name="spinning40",
+        directions=full_turn(elevation, 1800),
         step_m=0.002,
         min_range_m=0.3,
-        max_range_m=200.0,
-        beam=Beam(0.010, 0.003, height=0.5),
         receiver=Receiver(reach_m=141.0, pulse_m=1.5, strongest=True),
-        noise=Noise(white_m=0.010, weakest_m=0.03, ring_m=0.0, ring_period_m=1.0, power=0.1),
-        intensity=Intensity(made_up=2.0, exponent=1.0, scale=100, top=255),
     )
 
 

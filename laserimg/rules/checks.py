@@ -10,6 +10,8 @@ from laserimg.rules.model import QUANTITIES, ClassRules, Interval
 DEMOTION = 0.5
 # What is smaller than a limit by more than this factor, or larger, is far from it.
 _FAR = 2.0
+# Names of the checks of `plausible_box`.
+BOX_CHECKS = ("box_sides", "box_width", "box_height")
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,8 +21,7 @@ class Check:
     Parameters
     ----------
     name : str
-        What was tested: a share, a measured quantity, "box_sides", "box_width", "box_height", "region"
-        or "suppression".
+        What was tested: a share, a measured quantity, one of `BOX_CHECKS`, "region" or "suppression".
     value : float
         In metres, a share or a count.
     limit : Interval
@@ -98,12 +99,13 @@ def plausible_box(
         Width and height of the box in metres; None is not checked.
     rules : ClassRules
     """
-    checks = [_share("box_sides", side_ratio, 1 / _FAR)]
-    for name, value in zip(("width", "height"), size_m or (), strict=False):
-        if name in rules.limits:
-            limit = rules.limits[name].widened(_FAR)
-            reason = limit.failure(name, value)
-            checks.append(Check(f"box_{name}", value, limit, not reason, reason and f"box {reason}"))
+    sides, *sizes = BOX_CHECKS
+    checks = [_share(sides, side_ratio, 1 / _FAR)]
+    for name, quantity, value in zip(sizes, ("width", "height"), size_m or (), strict=False):
+        if quantity in rules.limits:
+            limit = rules.limits[quantity].widened(_FAR)
+            reason = limit.failure(quantity, value)
+            checks.append(Check(name, value, limit, not reason, reason and f"box {reason}"))
     return tuple(checks)
 
 

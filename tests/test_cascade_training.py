@@ -11,9 +11,10 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info
 
 from laserimg.cascade.features import Pool
-from laserimg.cascade.folder import Run, run_in_folder
+from laserimg.cascade.folder import Run, one_thread, run_in_folder
 from laserimg.cascade.model import Cascade
 from laserimg.cascade.stage import StageGoal
 from laserimg.cascade.training import Plan, Watcher
@@ -247,3 +248,13 @@ def test_kill_at_any_moment(tmp_path):
     assert (tmp_path / "killed/cascade.xml").read_text() == (tmp_path / "whole/cascade.xml").read_text()
     assert (tmp_path / "killed/cascade.toml").exists()
     assert [p.name for p in (tmp_path / "killed").rglob("*.xml")] == ["cascade.xml"]
+
+
+def test_libraries_use_one_thread_within_and_as_many_as_before_after():
+    def threads():
+        return [cv2.getNumThreads(), *(pool["num_threads"] for pool in threadpool_info())]
+
+    before = threads()
+    with one_thread():
+        assert set(threads()) == {1} and len(threads()) > 1
+    assert threads() == before

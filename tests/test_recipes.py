@@ -15,6 +15,7 @@ from analytic import boxes_and_floor, ray_grid
 from laserimg.boxes import iou
 from laserimg.cli import main
 from laserimg.cli.train_recipe import rules_of
+from laserimg.detectors.candidate import Candidate
 from laserimg.detectors.description import IMAGES, Describer
 from laserimg.detectors.look import Look
 from laserimg.detectors.second_stage import MOST
@@ -27,7 +28,7 @@ from laserimg.formats.coco import Annotation, Category, CocoFile, CocoImage
 from laserimg.formats.coco_file import write_coco
 from laserimg.formats.npz import write_npz
 from laserimg.images import make_images
-from laserimg.pipeline import Pipeline
+from laserimg.pipeline import Finding, Pipeline
 from laserimg.recipes import observation, scans
 from laserimg.recipes.cards import card_of, is_described_by, write_card_beside
 from laserimg.recipes.cascade_samples import COPIES, samples_of
@@ -36,8 +37,10 @@ from laserimg.recipes.gloss import without_glancing
 from laserimg.recipes.look_samples import Proposed, Samples, samples_of_look
 from laserimg.recipes.recipe import read_recipe
 from laserimg.recipes.scoring import overlap_after, trained_judge
-from laserimg.recipes.threshold import chances
+from laserimg.recipes.threshold import _passed, chances
+from laserimg.rules.checks import Check
 from laserimg.rules.file import load_rules, parse_rules
+from laserimg.rules.model import Interval
 from laserimg.simulate.user_mesh import UserThing, user_thing
 from window_models import blob_xml
 
@@ -421,6 +424,16 @@ def test_every_cascade_that_ships_has_a_recipe():
     recipes = [read_recipe(file) for file in TRAINING.glob("*.toml")]
     made = {f"{recipe.label}.{one.name}.xml" for recipe in recipes for one in recipe.cascades}
     assert made == {path.name for path in shipped_folder().glob("*.xml")}
+
+
+@pytest.mark.parametrize("name, counts", [("height", True), ("box_height", False), ("score", False)])
+def test_what_passing_is_worth_is_asked_of_the_checks_that_only_doubt(name, counts):
+    """What rejects by itself, as the score and the rectangle do, leaves nothing to be worth."""
+    failed = Check(name, 1.0, Interval(None, 0.5), False, "too much")
+    finding = Finding(
+        Candidate("bin", (0.0, 0.0, 1.0, 1.0), 0.5, "cascade", "bin"), 0.5, None, None, (failed,), False, ""
+    )
+    assert _passed(finding) == (not counts)
 
 
 def test_rules_of_a_mesh_or_of_no_file_are_as_sure_and_as_lenient_as_those_that_ship(tmp_path):

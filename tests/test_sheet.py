@@ -28,6 +28,12 @@ def test_wide_scans_are_cut_into_strips(rows, columns, up_deg, strips):
     assert sheet.gap_px == (GAP_PX if strips > 1 else 0)
 
 
+def test_there_is_room_for_captions_above_each_strip():
+    sheet = Sheet.of(grid(64, 2000, 0.4))
+    filled = (sheet.picture(np.full((64, 2000, 3), 255, np.uint8))[:, 0, 0] == 255).reshape(sheet.strips, -1)
+    assert not filled[:, :GAP_PX].any() and filled[:, GAP_PX:].all()
+
+
 def test_pixels_are_square():
     sheet = Sheet.of(grid(64, 1800, 0.4))
     assert sheet.up / sheet.across == pytest.approx(2.0, rel=0.01)

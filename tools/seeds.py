@@ -68,6 +68,9 @@ def main() -> None:
     parser.add_argument("folders", type=Path, nargs="+", help="detectors, one folder a seed")
     parser.add_argument("--sets", default=",".join(REAL), help="real sets, with commas; '' for none")
     given = parser.parse_args()
+    for folder in given.folders:
+        if not folder.is_dir():
+            parser.error(f"{folder}: no such folder")
     print_precisions(given.folders)
     if given.sets:
         print_real(given.folders, tuple(given.sets.split(",")))

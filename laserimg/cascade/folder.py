@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from laserimg.cascade.checkpoint import Checkpoints, StageRecord, StageState
 from laserimg.cascade.mining import PASSES, Miner
@@ -88,7 +89,7 @@ def run_in_folder(run: Run, watcher: Watcher, restart: bool = False) -> Trained:
     if not done:
         checkpoints.begin()
     keeper = _Keeper(run, checkpoints, [state.record for state in done], watcher)
-    with one_cv2_thread(), ThreadPoolExecutor(run.jobs) as threads:
+    with one_thread(), ThreadPoolExecutor(run.jobs) as threads:
         jobs = threads if run.jobs > 1 else None
         images = Backgrounds(run.backgrounds, int(run.memory * _IMAGES_SHARE), run.turned)
         miner = _miner(run, images, jobs)
@@ -99,12 +100,16 @@ def run_in_folder(run: Run, watcher: Watcher, restart: bool = False) -> Trained:
 
 
 @contextmanager
-def one_cv2_thread() -> Iterator[None]:
-    """Let OpenCV use one thread a call: the calls run in threads of ours."""
+def one_thread() -> Iterator[None]:
+    """Let OpenCV and NumPy use one thread a call: the calls run in threads and processes of ours.
+
+    With more, products of matrices have other last bits, and what is trained on them differs.
+    """
     before = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
-        yield
+        with threadpool_limits(1):
+            yield
     finally:
         cv2.setNumThreads(before)
 

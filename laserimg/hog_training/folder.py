@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.cascade.folder import one_cv2_thread
+from laserimg.cascade.folder import one_thread
 from laserimg.detectors.hog import load_hog, save_hog
 from laserimg.files import atomic_write, sha256_of, write_text
 from laserimg.formats.card import Card, card_path, write_card
@@ -97,7 +97,7 @@ class HogRun:
 def train_into_folder(run: HogRun, watcher: HogWatcher | None = None) -> tuple[TrainedHog, Card]:
     """Train, judge by the samples kept aside, and write the files; until the end nothing is written."""
     watcher = watcher or HogWatcher()
-    with one_cv2_thread(), ThreadPoolExecutor(run.jobs) as threads:
+    with one_thread(), ThreadPoolExecutor(run.jobs) as threads:
         jobs = threads if run.jobs > 1 else None
         miner = _miner(run, run.samples, jobs)
         watcher.left_out(miner.backgrounds.unusable(miner.window, jobs))

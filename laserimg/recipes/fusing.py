@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.cascade.folder import one_cv2_thread
+from laserimg.cascade.folder import one_thread
 from laserimg.detectors.description import Describer
 from laserimg.detectors.second_stage import SecondStage
 from laserimg.recipes.look_samples import overlap_with, proposed_boxes
@@ -70,7 +70,7 @@ def fused(
 
 def _voted(recipe: Recipe, stage: SecondStage, cascades: tuple[Path, ...], scan: TrainingScan) -> Voted:
     asked, ignored = scan.objects(recipe)
-    with one_cv2_thread():
+    with one_thread():
         evidence = observed(scan.path)
         describe = Describer.of(evidence)
         boxes = proposed_boxes(evidence, cascades, recipe.regions)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.boxes import Boxes, as_boxes, iou
-from laserimg.cascade.folder import one_cv2_thread
+from laserimg.cascade.folder import one_thread
 from laserimg.detectors.description import Describer
 from laserimg.detectors.look import Look
 from laserimg.detectors.ranked import proposer
@@ -146,7 +146,7 @@ def _detectors(cascades: tuple[Path, ...]) -> tuple[WindowDetector, ...]:
 
 def _proposed(recipe: Recipe, cascades: tuple[Path, ...], item: tuple[int, TrainingScan]) -> Proposed:
     number, scan = item
-    with one_cv2_thread():
+    with one_thread():
         boxes = proposed_boxes(observed(scan.path), cascades, recipe.regions)
     return Proposed(number, scan, boxes, *scan.objects(recipe))
 
@@ -156,7 +156,7 @@ def _samples(
 ) -> tuple[Samples, Proposed]:
     learnt = one.learnt
     rng = np.random.default_rng([recipe.seed, one.number, 1 + len(looks)])
-    with one_cv2_thread():
+    with one_thread():
         evidence = observed(one.scan.path)
         describe = Describer.of(evidence)
         left = _most_promising(looks[0], one.boxes, describe) if looks else one.boxes

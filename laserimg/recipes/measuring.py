@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.boxes import Boxes, as_boxes
-from laserimg.cascade.folder import one_cv2_thread
+from laserimg.cascade.folder import one_thread
 from laserimg.detectors.search import WindowDetector
 from laserimg.detectors.shipped import load_model
 from laserimg.evaluate.curves import Curve
@@ -137,7 +137,7 @@ def _found(
     recipe: Recipe, models: tuple[Path, ...], rules: Sent, scan: TrainingScan
 ) -> tuple[dict[str, Found], int]:
     asked, ignored = scan.objects(recipe)
-    with one_cv2_thread():
+    with one_thread():
         evidence = observed(scan.path)
         steps: dict[str, Scored] = dict(_gates(pipeline_of(models, rules, True).judge(evidence)))
         shipped = pipeline_of(models, rules, False).judge(evidence)

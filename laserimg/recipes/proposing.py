@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from laserimg.cascade.features import Pool
-from laserimg.cascade.folder import one_cv2_thread
+from laserimg.cascade.folder import one_thread
 from laserimg.cascade.mining import Miner
 from laserimg.cascade.stage import StageGoal
 from laserimg.cascade.training import Plan, Trained, Watcher, train_cascade
@@ -73,7 +73,7 @@ def _samples(recipe: Recipe, card: Card, every: int, item: tuple[int, TrainingSc
     if number % every and len(learnt) == 0:
         return no_samples(card)
     rng = np.random.default_rng([recipe.seed, number])
-    with one_cv2_thread():
+    with one_thread():
         return samples_of(observed(scan.path), card, learnt, kept_out, rng, views=number % every == 0)
 
 
@@ -87,6 +87,6 @@ def _trained(
     goal = StageGoal(cascade.min_hit_rate, 0.5, max_trees=cascade.max_trees)
     pool = Pool(cascade.features, *cascade.window)
     plan = Plan(pool, goal, cascade.stages, 0, cascade.negatives, seed=recipe.seed)
-    with one_cv2_thread(), ThreadPoolExecutor(jobs) as threads:
+    with one_thread(), ThreadPoolExecutor(jobs) as threads:
         miner = Miner(views, cascade.window, recipe.seed, _ONE_SCALE, False, threads)
         return plan, train_cascade(plan, positives, miner, threads, (), Watcher())

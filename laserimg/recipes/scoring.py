@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
+from laserimg.cascade.folder import one_thread
 from laserimg.detectors.boosted_trees import BoostedTrees
 from laserimg.detectors.look import Look
 from laserimg.detectors.second_stage import SecondStage
@@ -115,7 +115,10 @@ def overlap_after(look: Look, samples: Samples) -> NDArray[np.float64]:
     """Return the IoU (n,) of each of the samples, corrected by a look, with its object."""
     # In units of the box itself.
     unit = np.broadcast_to(np.array([0.0, 0, 1, 1]), (len(samples.overlap), 4))
-    parts = [look.corrected(unit[: len(part)], part.astype(np.float32)) for part in _parts(samples.vectors)]
+    with one_thread():
+        parts = [
+            look.corrected(unit[: len(part)], part.astype(np.float32)) for part in _parts(samples.vectors)
+        ]
     boxes = np.concatenate(parts)
     size = np.exp(samples.moves[:, 2:].astype(np.float64))
     first = 0.5 + samples.moves[:, :2] - size / 2
@@ -152,8 +155,7 @@ def _correction(vectors: NDArray[np.float16], moves: NDArray[np.float32]) -> tup
     values, wanted = vectors[some].astype(np.float64), moves[some].astype(np.float64)
     mean, still = values.mean(axis=0), wanted.mean(axis=0)
     centred = values - mean
-    # Several threads give other last bits, and what is trained on boxes so corrected differs.
-    with threadpool_limits(1):
+    with one_thread():
         kernel = centred @ centred.T
         kernel[np.diag_indices_from(kernel)] += RIDGE * np.trace(kernel) / len(kernel)
         weights = np.linalg.solve(kernel, wanted - still).T @ centred

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from laserimg.cascade.folder import one_cv2_thread
+from laserimg.cascade.folder import one_thread
 from laserimg.detectors.second_stage import SecondStage
 from laserimg.evaluate.matching import match
 from laserimg.pipeline import Finding
@@ -127,7 +127,7 @@ def fitted_odds(
 
 def _judged(recipe: Recipe, models: tuple[Path, ...], rules: Sent, scan: TrainingScan) -> Judged:
     asked, ignored = scan.objects(recipe)
-    with one_cv2_thread():
+    with one_thread():
         evidence = observed(scan.path)
         findings = pipeline_of(models, rules, False).judge(evidence)
     width = evidence.scan.shape[1] if evidence.scan.wraps else None

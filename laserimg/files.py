@@ -19,6 +19,8 @@ from laserimg.errors import LaserImgError
 MAX_UNPACKED_BYTES = 4 << 30
 _BLOCK_BYTES = 16 << 20
 
+_UNFINISHED = ".unfinished."
+
 _OPENERS = {".bz2": bz2.open, ".gz": gzip.open, ".xz": lzma.open}
 
 
@@ -107,7 +109,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     # The suffix stays: cv2.imwrite and others choose the format by it.
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent)
+    handle, name = tempfile.mkstemp(prefix=f"{_UNFINISHED}{path.stem}.", suffix=path.suffix, dir=path.parent)
     os.close(handle)
     temporary = Path(name)
     try:
@@ -121,6 +123,17 @@ def atomic_write(path: Path) -> Iterator[Path]:
         raise type(error)(error.errno, error.strerror, str(path)) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove what a killed process had half written in a folder that is one process's own."""
+    for path in folder.glob(f"{_UNFINISHED}*"):
+        path.unlink(missing_ok=True)
+
+
+def is_hidden(path: Path) -> bool:
+    """Return whether a name begins with a dot: half-written files, and what file managers leave behind."""
+    return path.name.startswith(".")
 
 
 def make_folder(path: Path) -> None:

@@ -244,6 +244,9 @@ def test_kill_at_any_moment(tmp_path):
         time.sleep(share * whole)
         process.send_signal(signal.SIGKILL)
         process.wait()
+    for folder in (tmp_path / "killed", tmp_path / "killed" / "state"):
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / ".unfinished.cascade.a1.xml").write_text("<half")
     subprocess.run(command(tmp_path, "killed"), check=True, capture_output=True)
     assert (tmp_path / "killed/cascade.xml").read_text() == (tmp_path / "whole/cascade.xml").read_text()
     assert (tmp_path / "killed/cascade.toml").exists()

@@ -112,6 +112,8 @@ def as_yolo(folder, image):
 def test_labels_of_every_kind(tmp_path, make):
     image = scene(tmp_path / "my scene.png")
     path = make(tmp_path, image)
+    for name in ("._my scene.png", "._my scene.xml", "._my scene.txt"):
+        (tmp_path / name).write_text("what a file manager leaves")
     label = None if make is as_info else "chair"
     labelled = [entry for entry in read_labels(path, label) if len(entry.objects)]
     assert len(labelled) == 1
@@ -126,7 +128,8 @@ def test_labels_of_every_kind(tmp_path, make):
 
 def test_a_folder_of_crops_is_scaled(tmp_path):
     image = scene(tmp_path / "crops" / "a.png", size=(48, 40))
-    (tmp_path / "crops" / "broken.png").write_text("nothing")
+    for name in ("broken.png", "._a.png"):
+        (tmp_path / "crops" / name).write_text("nothing")
     scene(tmp_path / "crops" / "small.png", size=(5, 5))
     found = read_positives(tmp_path / "crops", (20, 24))
     assert (found.windows == cv2.resize(image, (20, 24), interpolation=cv2.INTER_AREA)).all()

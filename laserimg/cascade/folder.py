@@ -22,7 +22,7 @@ from laserimg.cascade.stage import Progress
 from laserimg.cascade.training import Plan, Trained, Watcher, train_cascade
 from laserimg.cascade.writer import write_cascade
 from laserimg.errors import LabelError
-from laserimg.files import write_text
+from laserimg.files import remove_unfinished, write_text
 from laserimg.samples.backgrounds import Backgrounds
 from laserimg.samples.labelled import LabelledImage
 
@@ -85,6 +85,8 @@ def run_in_folder(run: Run, watcher: Watcher, restart: bool = False) -> Trained:
         If no image can be used for negatives.
     """
     checkpoints = Checkpoints(run.folder / "state", _identity(run))
+    for folder in (run.folder, run.folder / "state"):
+        remove_unfinished(folder)
     done = [] if restart else checkpoints.load()[: run.plan.stages]
     if not done:
         checkpoints.begin()

@@ -14,7 +14,7 @@ from laserimg.classify.datasets import Watch, dataset_objects
 from laserimg.classify.recipe import Recipe, describe_cloud
 from laserimg.classify.source import Source, source_of_pixels
 from laserimg.errors import LabelError, LaserImgError, ScanError
-from laserimg.files import read_bytes, without_compression
+from laserimg.files import is_hidden, read_bytes, without_compression
 from laserimg.formats.coco import Annotation
 from laserimg.formats.coco_file import read_coco
 from laserimg.ground import ground_of_scan
@@ -147,7 +147,7 @@ def _files(folder: Path, label: str, scale: float) -> list[Source]:
         path
         for path in folder.rglob("*")
         if path.is_file()
-        and not path.name.startswith(".")
+        and not is_hidden(path)
         and without_compression(path).suffix.lower() in known
         and not _is_picture(path)
     )

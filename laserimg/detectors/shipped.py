@@ -10,7 +10,7 @@ from laserimg.detectors.hog import HogModel, load_hog
 from laserimg.detectors.second_stage import SecondStage, load_second_stage
 from laserimg.detectors.window import WindowModel
 from laserimg.errors import ModelError
-from laserimg.files import sha256_of
+from laserimg.files import is_hidden, sha256_of
 from laserimg.formats.card import IMAGES, PLANES, Card, ImageName, card_path, read_card_of
 
 
@@ -31,7 +31,7 @@ def detector_files(path: Path) -> list[Path]:
     """
     if path.is_dir():
         with_card = (file for file in path.glob("*.npz") if file.with_suffix(".toml").exists())
-        return sorted([*path.glob("*.xml"), *with_card])
+        return sorted(file for file in (*path.glob("*.xml"), *with_card) if not is_hidden(file))
     if not path.exists():
         raise ModelError(f"{path}: no such file or folder")
     return [path]

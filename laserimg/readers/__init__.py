@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from laserimg.errors import ConfigError, LaserImgError, MissingExtraError, ScanError
-from laserimg.files import without_compression
+from laserimg.files import is_hidden, without_compression
 from laserimg.readers.limits import range_limits
 from laserimg.scan import Scan
 
@@ -138,7 +138,7 @@ def _files_of(path: Path) -> list[Path]:
 
 def _is_scan_file(path: Path) -> bool:
     suffix = without_compression(path).suffix.lower()
-    if not path.is_file() or path.name.startswith(".") or suffix not in suffixes():
+    if not path.is_file() or is_hidden(path) or suffix not in suffixes():
         return False
     return suffix not in _SNIFFERS or suffix in _plugins() or _function(_SNIFFERS[suffix])(path)
 

@@ -6,6 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from laserimg.files import is_hidden
+
 SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".ppm", ".tif", ".tiff", ".webp"})
 
 
@@ -29,4 +31,8 @@ def read_grey(path: Path) -> NDArray[np.uint8] | None:
 
 def image_files(folder: Path) -> list[Path]:
     """Return the image files in a folder and its subfolders, by name."""
-    return sorted(path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES and path.is_file())
+    return sorted(path for path in folder.rglob("*") if _is_image(path))
+
+
+def _is_image(path: Path) -> bool:
+    return path.suffix.lower() in SUFFIXES and path.is_file() and not is_hidden(path)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from laserimg.errors import LabelError
+from laserimg.files import is_hidden
 from laserimg.samples.labelled import LabelledImage
 from laserimg.samples.text import text_lines
 from laserimg.samples.xml_labels import read_xml
@@ -33,7 +34,7 @@ def read_labels(path: Path, label: str | None = None) -> list[LabelledImage]:
         Names file and line of what cannot be read.
     """
     if path.is_dir():
-        files = sorted(path.glob("*.xml"))
+        files = [file for file in sorted(path.glob("*.xml")) if not is_hidden(file)]
         images = [image for file in files for image in read_xml(file, label)]
         return images or list(read_yolo(path, label))
     readers: dict[str, Reader] = {".json": _coco, ".dat": _info, ".txt": _info, ".xml": read_xml}

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from laserimg.errors import LabelError
+from laserimg.files import is_hidden
 from laserimg.samples.images import SUFFIXES, read_grey
 from laserimg.samples.labelled import LabelledImage
 from laserimg.samples.text import text_lines
@@ -20,7 +21,7 @@ def read_yolo(folder: Path, label: str | None) -> Iterator[LabelledImage]:
     `label` is a name from ``classes.txt``, or the number itself.
     """
     wanted = _class_number(folder, label)
-    texts = [path for path in sorted(folder.glob("*.txt")) if path.name not in NAMES]
+    texts = [path for path in sorted(folder.glob("*.txt")) if path.name not in NAMES and not is_hidden(path)]
     for text in texts:
         path = _image_of(text)
         pixels = read_grey(path)

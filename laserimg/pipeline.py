@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from laserimg.clusters import find_clusters
-from laserimg.detectors.box_samples import box_size_m, side_ratio
+from laserimg.detectors.box_samples import seen_box
 from laserimg.detectors.candidate import Candidate, Detector
 from laserimg.detectors.shipped import detector_files, load_model, shipped_folder
 from laserimg.evidence import Box, Evidence, Window
@@ -184,9 +184,9 @@ class Pipeline:
         rules = self.rules[candidate.label]
         if not self.measures_all and _is_hopeless(candidate, rules):
             return _finding(candidate, None, None, (), (), rules)
-        far, box = (), candidate.box
+        far = ()
         if _is_doubted(candidate, rules):
-            far = plausible_box(side_ratio(evidence, box), box_size_m(evidence, box), rules)
+            far = plausible_box(seen_box(evidence, candidate.box), rules)
         region = self._region(evidence, candidate)
         if region is None:
             return _finding(candidate, None, None, (no_region(),), far, rules)

@@ -268,6 +268,19 @@ def test_a_box_less_than_half_as_high_as_its_class_is_rejected_whatever_its_scor
     assert finding.reason == reason.format(checks["box_height"].value)
 
 
+@pytest.mark.parametrize("rows, accepted", [(200, False), (60, True)])
+def test_a_box_that_the_border_of_the_grid_cuts_may_be_smaller_than_its_class(rows, accepted):
+    """A wall 4 m away, a box of 0.1 m by 0.14 m: at the lower border its object may go on."""
+    azimuth, elevation = np.radians(np.arange(20.0, -20.0, -0.2)), np.radians(np.arange(6.0, -34.0, -0.2))
+    scan = Scan.from_range_image(np.full((rows, 200), 4.0), azimuth, elevation[:rows])
+    rules = replace(DOUBTED, limits={"height": Interval(0.6, 2.0)})
+    fixed = Fixed(("bin", (100.0, 50.0, 7.0, 10.0), 0.9, "cascade", "bin", None, 0.0))
+    (finding,) = Pipeline(Rules((rules,)), (fixed,))(scan).findings
+    (check,) = (check for check in finding.checks if check.name == "box_height")
+    assert check.value == pytest.approx(10 * np.radians(0.2) * 4, abs=0.01)
+    assert check.passed == accepted and check.limit == Interval(None if accepted else 0.3, 4.0)
+
+
 def test_a_wedge_at_the_end_of_a_fan_is_no_rectangle():
     """From 1 to 7 degrees off the axis of a tilting fan sides are as 1 to 7, from 30 to 36 nearly alike."""
     fan, tilt = np.radians(np.arange(90.0, -91.0, -1.0)), np.radians(np.arange(20.0, -60.0, -1.0))

@@ -7,6 +7,7 @@ from laserimg.boxes import Boxes, as_boxes
 from laserimg.evidence import Box, Evidence
 from laserimg.geometry.floor import Floor
 from laserimg.scan import Float32Array
+from laserimg.seen_box import SeenBox
 
 # The range of a window is this quantile of the returns in it: a chair's middle looks through to the wall.
 _NEAR_SHARE = 0.3
@@ -31,29 +32,30 @@ def near_range(evidence: Evidence, ranges: Float32Array, boxes: Boxes) -> NDArra
     return np.where(np.isfinite(near), np.clip(near, 0.1, 1e4), 1.0)
 
 
-def box_size_m(evidence: Evidence, box: Box) -> tuple[float, float] | None:
-    """Return width and height in metres of a box, at the range of what is near in it.
-
-    None if nothing returned there.
-    """
+def seen_box(evidence: Evidence, box: Box) -> SeenBox:
+    """Return what a box shows by itself."""
     boxes = as_boxes([box])
     found = evidence.scan.range.ravel()[pixels_of(evidence, boxes, _RANGE_PLACES, _RANGE_PLACES)]
     (near,) = quantiles(found, evidence.scan.counts(found), (_NEAR_SHARE,))
-    if not np.isfinite(near[0]):
-        return None
-    (width,), (height,) = sizes_m(evidence, boxes, near.astype(np.float64))
-    return float(width), float(height)
-
-
-def side_ratio(evidence: Evidence, box: Box) -> float:
-    """Return how high one upright side of a box is, in angle, as a share of the other; the higher one is 1.
-
-    1 on a grid of elevations and azimuths. At the ends of a tilting fan all rows meet in its axis: there a
-    box is a wedge.
-    """
-    ends = pixels_of(evidence, as_boxes([box]), _SIDES, _MIDDLE)[0]
+    width, height = (float(size[0]) for size in sizes_m(evidence, boxes, near.astype(np.float64)))
+    ends = pixels_of(evidence, boxes, _SIDES, _MIDDLE)[0]
     left, right = (float(pitch) for pitch in evidence.pitch[1].ravel()[ends])
-    return min(left, right) / max(left, right, 1e-9)
+    is_seen = bool(np.isfinite(near[0]))
+    return SeenBox(
+        width if is_seen else None,
+        height if is_seen else None,
+        min(left, right) / max(left, right, 1e-9),
+        _cut(box, evidence.scan.shape, evidence.scan.wraps),
+    )
+
+
+def _cut(box: Box, shape: tuple[int, int], wraps: bool) -> frozenset[str]:
+    """Which sides of a box end in the first or in the last pixel of the grid."""
+    x, y, w, h = box
+    rows, columns = shape
+    across = not wraps and (x < 1 or x + w > columns - 1)
+    upright = y < 1 or y + h > rows - 1
+    return frozenset(name for name, is_cut in (("width", across), ("height", upright)) if is_cut)
 
 
 def pixels_of(evidence: Evidence, boxes: Boxes, across: NDArray, down: NDArray) -> NDArray[np.intp]:

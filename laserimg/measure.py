@@ -10,6 +10,7 @@ from laserimg.geometry.floor import Floor
 from laserimg.projection import angles_from_directions
 from laserimg.regions import Region
 from laserimg.scan import Scan
+from laserimg.thinning import evenly
 
 # Spans are between these quantiles, so that a stray return does not stretch an object.
 QUANTILE = 0.01
@@ -62,7 +63,7 @@ def metric_box(scan: Scan, region: Region, floor: Floor | None) -> MetricBox:
     """Measure a region.
 
     All sizes are spans between the 1 % and 99 % quantiles of the region's points (of an even
-    selection of about 1000 if there are more). This is the box of paper 2, section 4
+    selection of 1024 if there are more). This is the box of paper 2, section 4
     ("27cm x 12cm x 31cm (width, depth, height)"), with three differences: the spans are robust;
     a ray stands for its whole pixel, so that spans grow by half the pitch at both ends (an edge
     lies anywhere between the last ray that hits and the first that misses); and the height counts
@@ -76,7 +77,7 @@ def metric_box(scan: Scan, region: Region, floor: Floor | None) -> MetricBox:
     region : Region
     floor : Floor or None
     """
-    thin = slice(None, None, max(1, len(region.pixels) // _MAX_MEASURED))
+    thin = evenly(len(region.pixels), _MAX_MEASURED)
     measured, ranges = region.pixels[thin], region.ranges[thin]
     points = (ranges[:, None] * scan.directions.reshape(-1, 3)[measured]).astype(np.float64)
     middle, typical = np.median(points, axis=0), float(np.median(ranges))

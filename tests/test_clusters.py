@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from analytic import boxes_and_floor, ray_grid
 from laserimg.boxes import iou
@@ -9,7 +11,7 @@ from laserimg.geometry.mounting import rotated, with_up
 from laserimg.geometry.planes import Plane, fit_plane
 from laserimg.measure import metric_box
 from laserimg.readers import open_scans
-from laserimg.regions import reference_regions, regions_of
+from laserimg.regions import Region, reference_regions, regions_of
 from laserimg.scan import Scan
 
 FINE = np.arange(60.0, -60.0, -0.3), np.arange(20.0, -50.0, -0.3)
@@ -111,6 +113,19 @@ def test_a_ball_measures_the_same_level_and_far_below(elevation):
     assert box.elevation_deg == pytest.approx(elevation, abs=0.5)
     assert box.height_above_floor is None
     assert box.range == pytest.approx(1.85, abs=0.05)
+
+
+@given(st.integers(20, 140), st.integers(20, 520))
+def test_a_rectangle_of_any_number_of_pixels_has_its_size(columns, rows):
+    """A square of 1 m straight ahead, 3 m away; an edge lies half a pixel beyond the last ray."""
+    across, up = ((np.arange(n) + 0.5) / n - 0.5 for n in (columns, rows))
+    points = np.stack([np.full((rows, columns), 3.0), *np.meshgrid(-across, -up)], axis=-1)
+    range_m = np.linalg.norm(points, axis=-1)
+    scan = Scan(range_m.astype(np.float32), (points / range_m[..., None]).astype(np.float32))
+    pixels = np.arange(rows * columns)
+    region = Region(pixels, scan.range.ravel(), (0.0, 0.0, float(columns), float(rows)))
+    box = metric_box(scan, region, None)
+    assert (box.width, box.height) == pytest.approx((1.0, 1.0), abs=0.045)
 
 
 CARS = [(33, 31, 61, 35), (123, 26, 48, 42)]

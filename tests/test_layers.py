@@ -7,7 +7,7 @@ import laserimg
 
 LAYERS = [
     ["errors", "files", "workers"],
-    ["projection", "scan", "boxes", "seen_box", "captions"],
+    ["projection", "scan", "boxes", "seen_box", "captions", "thinning"],
     ["geometry", "normals"],
     ["images", "formats", "readers"],
     ["lattice", "regions", "mixed_pixels", "clusters", "measure", "surfaces", "ground", "cellular"],

@@ -12,6 +12,7 @@ from laserimg.clusters import LINK, linked
 from laserimg.ground import Ground, ground_of_scan
 from laserimg.regions import Partition, Region, regions_of
 from laserimg.scan import Float32Array, Scan
+from laserimg.thinning import evenly
 
 # Clusters of fewer returns are crumbs: on simulated streets they are one in three, and 1 % of the returns.
 MIN_POINTS = 30
@@ -81,8 +82,8 @@ def described_clusters(scan: Scan, clusters: Sequence[Region], recipe: Recipe) -
 
 
 def world_points(scan: Scan, pixels: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return an even selection of about 4000 of some pixels' points, turned so that z is up."""
-    chosen = pixels[:: max(1, len(pixels) // _MAX_SIZED)]
+    """Return an even selection of 4000 or fewer of some pixels' points, turned so that z is up."""
+    chosen = pixels[evenly(len(pixels), _MAX_SIZED)]
     points = scan.range.ravel()[chosen, None] * scan.directions.reshape(-1, 3)[chosen]
     return points.astype(np.float64) @ scan.world_from_scan[:3, :3].T
 

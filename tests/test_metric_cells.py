@@ -71,6 +71,18 @@ def test_sizes_of_a_box_are_those_it_was_built_with():
     assert sideways == pytest.approx(0.6, abs=0.1)
 
 
+def test_a_scanner_that_hangs_upside_down_sees_the_same_numbers():
+    turned = np.diag([1.0, -1, -1, 1])
+    scan = replace(
+        TWO_BOXES,
+        directions=TWO_BOXES.directions * np.float32([1, -1, -1]),
+        world_from_scan=TWO_BOXES.world_from_scan @ turned,
+    )
+    boxes = [[84.0, 20, 12, 30], [3.0, 60, 20, 20]]
+    upright, hanging = (numbers_of(evidence_of(one), boxes) for one in (TWO_BOXES, scan))
+    np.testing.assert_allclose(hanging, upright, atol=1e-3)
+
+
 def test_boxes_that_see_nothing_and_scans_without_a_floor_have_numbers_too():
     evidence = evidence_of(TWO_BOXES)
     scan = evidence.scan

@@ -102,8 +102,9 @@ def _sizes(evidence: Evidence, ranges: Float32Array, boxes: Boxes, near: NDArray
     floor = evidence.floor
     foot = np.full(len(boxes), np.nan) if floor is None else foot_m(floor, evidence, boxes, near)
     area = boxes[:, 2] * boxes[:, 3]
-    found = [near, direction[:, 2], width, high, foot, width / np.maximum(high, 1e-3), share * area, share]
-    sideways = (points[..., :2] * _sideways(direction)[:, None, :]).sum(axis=2)
+    up = evidence.scan.up
+    found = [near, direction @ up, width, high, foot, width / np.maximum(high, 1e-3), share * area, share]
+    sideways = (points * _sideways(direction, up)[:, None, :]).sum(axis=2)
     for limit in _NEAR:
         close = known & (np.abs(depth) < limit)
         found.append(close.mean(axis=1))
@@ -114,7 +115,7 @@ def _sizes(evidence: Evidence, ranges: Float32Array, boxes: Boxes, near: NDArray
     return np.where(np.isfinite(found), found, UNKNOWN).T
 
 
-def _sideways(directions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n, 2) level unit vectors across the view."""
-    across = np.stack([-directions[:, 1], directions[:, 0]], axis=1)
+def _sideways(directions: NDArray[np.float64], up: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 3) level unit vectors across the view."""
+    across = np.cross(up, directions)
     return across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-6)

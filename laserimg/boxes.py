@@ -100,13 +100,6 @@ def split_at_seam(box: ArrayLike, width: int) -> list[tuple[float, float, float,
     return [(x, y, width - x, h), (0.0, y, min(x + w - width, x), h)]
 
 
-def columns_of(x: float, w: float, width: int) -> NDArray[np.intp]:
-    """Return the grid columns that a box covers, wrapped modulo `width`, each at most once."""
-    first = int(np.floor(x))
-    last = int(np.ceil(x + w))
-    return np.arange(first, min(last, first + width)) % width
-
-
 def _overlap(start_a: NDArray, size_a: NDArray, start_b: NDArray, size_b: NDArray) -> NDArray:
     end = np.minimum(start_a + size_a, start_b + size_b)
     return np.maximum(end - np.maximum(start_a, start_b), 0.0)

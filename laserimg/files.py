@@ -78,6 +78,14 @@ def read_start(path: Path, count: int) -> bytes:
     return b"".join(blocks)
 
 
+def changed_ns(path: Path) -> int:
+    """Return when a file was last changed, in nanoseconds; 0 if there is none. Part of the key of a cache."""
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
 def sha256_of(path: Path) -> str:
     """Return the SHA-256 of a file's contents in hexadecimal."""
     with path.open("rb") as file:

@@ -28,6 +28,8 @@ _ROUNDS = 4
 # Weight of the plane among the returns of a window: where there are few, it decides.
 _PRIOR = 5.0
 _MAX_CELLS = 1 << 20
+# What is farther away lies in the outermost cells: one stray point must not make all cells large.
+_FARTHEST_M = 1000.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,7 +72,8 @@ def ground_of_points(
     Returns
     -------
     Ground or None
-        Arrays of (n,). None without a plane that holds 5 % of the points, or with most points below it.
+        Arrays of (n,); points that are not finite have no height and are no ground. None without a plane
+        that holds 5 % of the points, or with most points below it.
 
     Raises
     ------
@@ -93,11 +96,14 @@ def ground_of_points(
     array = np.asarray(points, np.float64)
     if array.ndim != 2 or array.shape[1] != 3:
         raise ScanError(f"points must be (n, 3), got {array.shape}")
-    plane = ground_plane(array, np.asarray(up, np.float64))
+    finite = np.isfinite(array).all(axis=1)
+    known = array[finite]
+    plane = ground_plane(known, np.asarray(up, np.float64))
     if plane is None:
         return None
-    height = plane.distance(array).astype(np.float32)
-    height -= _unevenness_of_cells(array, height, plane, clearance_m)
+    height = np.full(len(array), np.nan, np.float32)
+    height[finite] = plane.distance(known)
+    height[finite] -= _unevenness_of_cells(known, height[finite], plane, clearance_m)
     return Ground(plane, height, height <= clearance_m)
 
 
@@ -197,7 +203,7 @@ def _unevenness_of_cells(
 def _cells(points: NDArray[np.float64], plane: Plane) -> tuple[NDArray[np.float64], tuple[int, int]]:
     """Return the place of every point in a grid over the plane, in cells, and the size of the grid."""
     along = np.linalg.svd(plane.normal[None])[2][1:]
-    place = points @ along.T
+    place = np.clip(points @ along.T, -_FARTHEST_M, _FARTHEST_M)
     low, high = place.min(axis=0), place.max(axis=0)
     cell = max(_CELL_M, float(np.sqrt(np.prod(high - low) / _MAX_CELLS)))
     place = (place - low) / cell

@@ -52,9 +52,8 @@ def with_hanging(labels: Indices, points: Array, level: Array, height: Array, ra
     low_enough = np.repeat(high <= CAR_TOP_M, np.diff(start, append=len(order)))
     others = order[low_enough]
     place = np.repeat(np.arange(len(start)), np.diff(start, append=len(order)))[low_enough]
-    tree = KDTree(points[others])
     pairs = [
-        (number, _nearest(number, members, (tree, others, place), points, level, radius))
+        (number, _nearest(number, members, others, place, points, level, radius))
         for number in np.flatnonzero(lone).tolist()
     ]
     one, other = np.array([pair for pair in pairs if pair[1] >= 0], np.intp).reshape(-1, 2).T
@@ -76,21 +75,21 @@ def widths(level: Array, start: Indices) -> Array:
 def _nearest(
     number: int,
     members: list[Indices],
-    among: tuple[KDTree, Indices, Indices],
+    others: Indices,
+    place: Indices,
     points: Array,
     level: Array,
     radius: Array,
 ) -> int:
     """Return the number of the nearest cluster that a hanging one can be a part of, -1 for none."""
-    tree, others, place = among
     own = members[number]
-    near = tree.query_ball_point(points[own], REACH * radius[own])
-    found = np.unique(np.concatenate([np.asarray(one, np.intp) for one in near]))
-    found = found[place[found] != number]
-    if len(found) == 0:
-        return -1
-    distance = KDTree(points[own]).query(points[others[found]])[0]
-    by_distance = place[found][np.argsort(distance, kind="stable")]
+    reach = REACH * radius[own]
+    low, high = points[own].min(axis=0) - reach.max(), points[own].max(axis=0) + reach.max()
+    around = ((points[others] >= low) & (points[others] <= high)).all(axis=1) & (place != number)
+    others, place = others[around], place[around]
+    distance, nearest = KDTree(points[own]).query(points[others])
+    near = np.flatnonzero(distance <= reach[nearest])
+    by_distance = place[near][np.argsort(distance[near], kind="stable")]
     for candidate in dict.fromkeys(by_distance.tolist()):
         both = np.concatenate([own, members[candidate]])
         if widths(level[both], np.zeros(1, np.intp))[0] <= CAR_LENGTH_M:

@@ -113,7 +113,9 @@ def rbnn_of_scan(
         raise ConfigError(f"reach must be at least 1 row and 1 column, got {reach}")
     takes_part = scan.valid if takes_part is None else scan.valid & takes_part
     points = np.asarray(scan.points(), np.float64)
-    reach = min(reach[0], scan.shape[0] - 1), min(reach[1], (scan.shape[1] - 1) // 2)
+    rows, columns = scan.shape
+    farthest = (columns - 1) // 2 if scan.wraps else columns - 1
+    reach = max(min(reach[0], rows - 1), 1), max(min(reach[1], farthest), 1)
     links = {offset: _links(scan, points, takes_part, offset, ratio) for offset in _offsets(reach)}
     return connected(takes_part, links, min_points)
 

@@ -268,7 +268,7 @@ def test_a_cut_off_file_gives_scans_or_one_line(make, share, tmp_path):
 
 @FORMATS
 @pytest.mark.parametrize("other", MAKERS, ids=lambda make: make.__name__.removeprefix("make_"))
-def test_another_format_under_the_suffix_is_refused(make, other, tmp_path):
+def test_another_format_under_the_suffix_gives_scans_or_one_line(make, other, tmp_path):
     path = make(tmp_path)
     (tmp_path / "other").mkdir()
     data = other(tmp_path / "other").read_bytes()

@@ -161,7 +161,9 @@ def test_without_reflectance():
     ("wrong", "message"),
     [
         ({"features": "hog"}, "features must be one of honv, honv.hog, 3dhog, 3dhog.hog, got 'hog'"),
-        ({"views": 0}, "views must be from 1 to 64, got 0"),
+        ({"views": 0}, "views must be a whole number from 1 to 64, got 0"),
+        ({"views": 2.5}, "views must be a whole number from 1 to 64, got 2.5"),
+        ({"size": "x"}, "size must be true or false"),
         ({"appearance": "colour"}, "appearance must be one of reflectance, range"),
         ({"more": 1}, "not a recipe"),
     ],
@@ -290,10 +292,18 @@ def test_wrong_model_files(tmp_path):
     np.savez(path, **arrays)
     with pytest.raises(ModelError, match=r"m\.npz: the weights are not finite"):
         load_model(path)
-    arrays["head"] = np.frombuffer(b'{"format": 1}', np.uint8)
-    np.savez(path, **arrays)
-    with pytest.raises(ModelError, match="its head is malformed"):
-        load_model(path)
+    head = bytes(np.load(path)["head"])
+    arrays["weights"][0, 0] = 0
+    for text, message in (
+        (b'{"format": 1}', "its head is malformed"),
+        (b"[" * 200_000, "its head is malformed"),
+        (head.replace(b'"sharpness": 1.0', b'"sharpness": 1' + b"0" * 400), "its head is malformed"),
+        (head.replace(b'"size": false', b'"size": "x"'), "size must be true or false"),
+    ):
+        assert text != head
+        np.savez(path, **(arrays | {"head": np.frombuffer(text, np.uint8)}))
+        with pytest.raises(ModelError, match=message):
+            load_model(path)
 
 
 # --- tables

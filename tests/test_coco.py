@@ -318,7 +318,9 @@ def test_keys_of_other_tools_are_passed_over(tmp_path):
 
 
 def test_boxes_may_overstep_by_parts_of_a_pixel_and_cross_the_seam():
-    coco(Annotation(1, 1, 1, (-0.4, -0.4, 5.0, 5.0)), Annotation(2, 1, 1, (35.0, 16.0, 20.0, 4.4)))
+    boxes = [(-0.4, -0.4, 5.0, 5.0), (35.0, 16.0, 20.0, 4.4)]
+    labels = coco(*(Annotation(number, 1, 1, box) for number, box in enumerate(boxes, 1)))
+    assert [one.bbox for one in labels.annotations] == boxes
 
 
 def test_a_box_across_the_last_column_needs_a_grid_that_wraps():

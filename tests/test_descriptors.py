@@ -172,8 +172,7 @@ def test_every_pair_of_bins_gives_its_whole_vote(votes, signed):
     assert table.min() >= 0
 
 
-def test_interpolated_votes_are_around_the_direction():
-    """The mean of the squared lines voted for is the line itself, as far as bins of 20 degrees allow."""
+def test_interpolated_votes_have_a_quarter_or_more_where_hard_ones_are():
     layout = Layout()
     hard, soft = (projection_table(layout, votes).toarray() for votes in ("hard", "interpolated"))
     assert ((soft > 0) >= (hard > 0)).all()

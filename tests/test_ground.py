@@ -131,3 +131,12 @@ def test_a_level_slice_through_facades_is_no_ground():
     assert ground.plane.offset_m == pytest.approx(-1.9, abs=0.05)
     assert ground.mask[:2500].all()
     assert ground.mask[2500:].mean() < 0.2
+
+
+def test_points_without_a_place_and_one_far_away_leave_the_ground_as_it_is():
+    rng = np.random.default_rng(0)
+    level = np.column_stack([rng.uniform(-20, 20, (4000, 2)), rng.normal(-1.5, 0.02, 4000)])
+    alone = ground_of_points(level)
+    more = ground_of_points(np.concatenate([level, [[np.nan, 0, 0], [np.inf, 0, 0], [1e6, 0, 0]]]))
+    assert alone.mask.all() and np.array_equal(more.mask[:4000], alone.mask)
+    assert not more.mask[4000:4002].any() and np.isnan(more.height[4000:4002]).all()

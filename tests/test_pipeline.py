@@ -3,6 +3,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from analytic import boxes_and_floor, ray_grid
 from laserimg.boxes import iou
@@ -252,6 +254,13 @@ def test_near_misses_fail_by_size_alone_within_twice_the_limits():
 DOUBTED = ClassRules("bin", ("cascade",), score=0.3, on_fail="doubt")
 
 
+@given(st.floats(-9, 9), st.floats(0, 9), st.floats(1, 4))
+def test_a_widened_interval_holds_the_interval_whatever_its_signs(low, length, factor):
+    narrow = Interval(low, low + length)
+    wide = narrow.widened(factor)
+    assert wide.low <= narrow.low and wide.high >= narrow.high
+
+
 @pytest.mark.parametrize("low, reason", [(0.7, ""), (1.2, "box height {:.2f} m < 0.60 m")])
 def test_a_box_less_than_half_as_high_as_its_class_is_rejected_whatever_its_score(low, reason):
     """The box is 0.4 m high: too low for both, but far too low for the second alone."""
@@ -369,6 +378,15 @@ def claim(label, score, detector, first, last):
     pixels = np.arange(first, last)
     box = (float(first), 0.0, float(last - first), 1.0)
     return Claim(label, score, detector, Region(pixels, np.ones(len(pixels), np.float32), box))
+
+
+@pytest.mark.parametrize("name", ["regions", "given", "bin"])
+def test_the_score_is_asked_for_whatever_the_name_of_the_file(name):
+    box = from_regions(BIN)(TWO_BOXES).detections[0].box
+    rules = replace(BIN, sources=("cascade",), score=0.5)
+    fixed = Fixed(("bin", box, 0.4, "cascade", name))
+    (finding,) = Pipeline(Rules((rules,)), (fixed,))(TWO_BOXES).findings
+    assert finding.reason == "score 0.40 < 0.50"
 
 
 def test_suppression_settles_best_first():

@@ -1,5 +1,7 @@
 """Clusters by radius: equal to brute force, whatever the order of the points."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -175,3 +177,11 @@ def test_reach_below_one():
     grid = ray_grid([1.0, 0], [1.0, 0])
     with pytest.raises(ConfigError, match="reach must be at least 1 row and 1 column"):
         rbnn_of_scan(grid, reach=(0, 1))
+
+
+@pytest.mark.parametrize("wraps", [False, True])
+def test_a_grid_of_two_columns(wraps):
+    azimuth, elevation = np.radians([0.2, 0.0]), np.radians([0.4, 0.2, 0.0, -20.0, -20.2])
+    scan = replace(Scan.from_range_image(np.full((5, 2), 2.0), azimuth, elevation), wraps=wraps)
+    labels = rbnn_of_scan(scan, ratio=0.01, min_points=1)
+    assert np.array_equal(labels, np.array([[1, 1, 1, 2, 2]] * 2).T)

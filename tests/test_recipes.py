@@ -35,12 +35,13 @@ from laserimg.recipes.cascade_samples import COPIES, samples_of
 from laserimg.recipes.from_mesh import rules_of_mesh
 from laserimg.recipes.gloss import without_glancing
 from laserimg.recipes.look_samples import Proposed, Samples, samples_of_look
+from laserimg.recipes.measuring import pipeline_of, sent
 from laserimg.recipes.recipe import read_recipe
 from laserimg.recipes.scoring import overlap_after, trained_judge
 from laserimg.recipes.threshold import _passed, chances
 from laserimg.rules.checks import Check
 from laserimg.rules.file import load_rules, parse_rules
-from laserimg.rules.model import Interval
+from laserimg.rules.model import ClassRules, Interval
 from laserimg.simulate.user_mesh import UserThing, user_thing
 from window_models import blob_xml
 
@@ -434,6 +435,15 @@ def test_what_passing_is_worth_is_asked_of_the_checks_that_only_doubt(name, coun
         Candidate("bin", (0.0, 0.0, 1.0, 1.0), 0.5, "cascade", "bin"), 0.5, None, None, (failed,), False, ""
     )
     assert _passed(finding) == (not counts)
+
+
+def test_workers_judge_by_all_of_the_rules_but_their_score(tmp_path):
+    limits = {"height": Interval(0.2, 0.6)}
+    rules = ClassRules("bin", ("regions",), limits, 0.1, 0.2, 0.9, 2, "doubt")
+    (asked,) = pipeline_of((), sent(rules), False).rules
+    assert asked == replace(rules, score=0.0)
+    (gated,) = pipeline_of((), sent(rules), True).rules
+    assert gated == replace(rules, score=0.0, on_fail="reject")
 
 
 def test_rules_of_a_mesh_or_of_no_file_are_as_sure_and_as_lenient_as_those_that_ship(tmp_path):

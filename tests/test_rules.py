@@ -227,17 +227,19 @@ def test_any_text_is_rules_or_a_config_error(text):
         assert str(error).startswith("rules.toml")
 
 
-def test_every_key_is_read():
-    for key in KEYS:
-        value = {
-            "from": '["hog"]',
-            "on_fail": '"demote"',
-            "region_inside": "0.5",
-            "region_fills": "0.4",
-            "score": "0.5",
-            "agree": "2",
-        }
-        parse_rules(f"format = 1\n[bin]\n{key} = {value.get(key, '[1, 2]')}\n")
+@pytest.mark.parametrize("key", KEYS)
+def test_every_key_is_read(key):
+    known = {
+        "from": ('["hog"]', "sources", ("hog",)),
+        "on_fail": ('"demote"', "on_fail", "demote"),
+        "region_inside": ("0.5", "region_inside", 0.5),
+        "region_fills": ("0.4", "region_fills", 0.4),
+        "score": ("0.5", "score", 0.5),
+        "agree": ("2", "agree", 2),
+    }
+    text, name, value = known.get(key, ("[1, 2]", "limits", {key: Interval(1, 2)}))
+    (rules,) = parse_rules(f"format = 1\n[bin]\n{key} = {text}\n")
+    assert getattr(rules, name) == value
 
 
 def test_limits_keep_the_order_of_the_file():

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from laserimg.boxes import as_boxes, columns_of, iou, split_at_seam
+from laserimg.boxes import as_boxes, iou, split_at_seam
 from laserimg.errors import LaserImgError, ScanError
 from laserimg.projection import angles_from_directions, directions_from_angles
 from laserimg.scan import Scan
@@ -91,7 +91,6 @@ def test_the_parts_of_a_split_box_are_the_box(box):
     parts = split_at_seam(box, 20)
     assert all(x >= 0 and x + w <= 20 for x, _, w, _ in parts)
     assert set().union(*(pixels(part, 20) for part in parts)) == pixels(box, 20)
-    assert set(columns_of(box[0], box[2], 20)) == {column for _, column in pixels(box, 20)}
 
 
 def test_a_box_without_area_is_refused():

@@ -14,7 +14,7 @@ from laserimg.boxes import inside_grid
 from laserimg.descriptors.honv import honv
 from laserimg.detectors.boosted_trees import BoostedTrees
 from laserimg.detectors.crops import resampled
-from laserimg.detectors.description import IMAGES, LAYOUT, Describer
+from laserimg.detectors.description import IMAGES, LAYOUT, VECTOR_LENGTH, Describer, plain_part
 from laserimg.detectors.look import Look
 from laserimg.detectors.lookup import cell_means, honv_of_colours
 from laserimg.detectors.metric_cells import METRIC_NUMBERS
@@ -42,6 +42,10 @@ from laserimg.sources import detectors_for
 CARD = Card("bin", "svm", "normals_view", (32, 32), "0" * 64)
 GRID = ray_grid(np.arange(40.0, -40.0, -0.5), np.arange(5.0, -45.0, -0.5))
 TWO_BOXES = boxes_and_floor(GRID, [((2, -0.5, -1.5), (2.3, -0.2, -1.1)), ((2, 0.4, -1.5), (2.3, 0.7, -0.6))])
+
+
+# Numbers that the judge sees.
+SEEN = plain_part(np.empty((0, VECTOR_LENGTH))).shape[1] + METRIC_NUMBERS
 
 
 def evidence_of(scan) -> Evidence:
@@ -121,12 +125,25 @@ def test_what_is_looked_up_of_normals_is_what_is_calculated():
     np.testing.assert_allclose(cell_means(colours, 8), means, atol=1e-6)
 
 
-def test_a_description_does_not_depend_on_the_other_boxes_nor_on_where_the_seam_is():
+def test_a_description_does_not_depend_on_the_other_boxes():
     evidence = evidence_of(TWO_BOXES)
     boxes = np.array([[30.0, 20, 12, 20], [80, 30, 31, 17], [100, 3, 9, 9]])
     alone = np.concatenate([Describer.of(evidence)(box[None]) for box in boxes])
     assert np.array_equal(Describer.of(evidence)(boxes), alone)
     assert Describer.of(evidence)(np.empty((0, 4))).shape == (0, alone.shape[1])
+
+
+def test_a_description_does_not_depend_on_where_the_seam_is():
+    """Of a scan of a full turn, and of the same one that begins 40 columns later."""
+    grid = ray_grid(np.arange(180.0, -180.0, -1.0), np.arange(5.0, -45.0, -1.0))
+    scan = replace(boxes_and_floor(grid, [((2, -0.5, -1.5), (2.3, 0.4, -0.6))], noise_m=0.0), wraps=True)
+    later = replace(
+        scan, range=np.roll(scan.range, -170, axis=1), directions=np.roll(scan.directions, -170, axis=1)
+    )
+    boxes = np.array([[165.0, 15, 30, 20], [172, 20, 12, 20]])
+    first = Describer.of(evidence_of(scan))(boxes)
+    second = Describer.of(evidence_of(later))(boxes - [170, 0, 0, 0])
+    assert np.abs(first - second).max() < 0.02 and np.ptp(first) > 0.1
 
 
 def test_the_same_object_farther_away_has_nearly_the_same_description_but_for_its_range():
@@ -292,9 +309,9 @@ def test_a_file_gives_back_its_second_stage(tmp_path):
     rng = np.random.default_rng(0)
     looks = [
         look(
-            5,
-            weights=np.float32([0.5, i, -2, 0, 4]),
-            moves=np.float32(rng.integers(-3, 3, (4, 5))),
+            VECTOR_LENGTH,
+            weights=np.float32(rng.integers(-3, 3, VECTOR_LENGTH)),
+            moves=np.float32(rng.integers(-3, 3, (4, VECTOR_LENGTH))),
             bias=i / 4,
         )
         for i in range(3)
@@ -323,12 +340,13 @@ def test_a_file_gives_back_its_second_stage(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"weights": np.full((2, 5), np.nan)}, "weights is missing or no finite array"),
+        ({"weights": np.full((2, VECTOR_LENGTH), np.nan)}, "weights is missing or no finite array"),
         ({"weights": np.zeros(5)}, "weights is missing or no finite array of 2 dimensions"),
         ({"moves": np.zeros((2, 4, 6))}, "do not fit each other"),
         ({"bias": np.zeros(1)}, "do not fit each other"),
+        ({"weights": np.zeros((2, 5)), "moves": np.zeros((2, 4, 5))}, "is for vectors of 5 numbers"),
         ({"layout": np.int32(1)}, "made for other vectors"),
-        ({"features": np.full((1, 3), METRIC_NUMBERS)}, "its trees ask for other numbers than the 412 there"),
+        ({"features": np.full((1, 3), SEEN)}, f"its trees ask for other numbers than the {SEEN} there"),
         ({"features": np.full((1, 3), -1)}, "its trees ask for other numbers"),
         ({"thresholds": np.zeros((2, 3))}, "trees have 2[*][*]depth - 1 questions"),
         ({"thresholds": np.full((1, 3), np.nan)}, "thresholds is missing or no finite array"),
@@ -337,9 +355,9 @@ def test_a_file_gives_back_its_second_stage(tmp_path):
 )
 def test_a_wrong_file_is_a_model_error(tmp_path, change, message):
     arrays = {
-        "weights": np.zeros((2, 5)),
+        "weights": np.zeros((2, VECTOR_LENGTH)),
         "bias": np.zeros(2),
-        "moves": np.zeros((2, 4, 5)),
+        "moves": np.zeros((2, 4, VECTOR_LENGTH)),
         "still": np.zeros((2, 4)),
         "features": np.zeros((1, 3), np.int32),
         "thresholds": np.zeros((1, 3)),

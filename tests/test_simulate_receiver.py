@@ -110,3 +110,15 @@ def test_beams_of_a_row_that_coincide_have_some_rays_around_them():
     up, still, turn = np.array([[0, 0, 1]], np.float32), np.zeros((1, 3), np.float32), np.zeros(1, np.float32)
     _, along = rays_around(np.zeros(3), up, still, Beam(0.0, 0.01), turn)
     np.testing.assert_allclose(np.linalg.norm(along - up, axis=1), 0.005 * 0.756, rtol=5e-3)
+
+
+def test_no_rays_give_no_echoes():
+    pytest.importorskip("embreex")
+    from laserimg.simulate.cast import Caster
+    from laserimg.simulate.echoes import echoes_along
+    from laserimg.simulate.mesh import box
+
+    caster = Caster(box((1.0, 1.0, 1.0), "wood"))
+    some = echoes_along(caster, np.array([3.0, 0, 0.5]), np.float32([[-1, 0, 0]]))
+    none = echoes_along(caster, np.array([3.0, 0, 0.5]), np.empty((0, 3), np.float32))
+    assert some.distance == pytest.approx([2.5]) and len(none.ray) == 0

@@ -1,5 +1,7 @@
 """The user's own meshes: read, scaled, put into scenes, labelled."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -133,3 +135,12 @@ def test_what_is_read_does_not_depend_on_unit_or_place(tmp_path):
     again, same = standing(tmp_path / "mm.stl", "z")
     np.testing.assert_allclose(again, points, atol=1e-4)
     assert np.array_equal(faces, same)
+
+
+def test_a_mesh_file_that_changes_is_read_again(tmp_path):
+    trimesh.creation.box((1, 1, 1)).export(tmp_path / "a.obj")
+    before = user_thing(tmp_path / "a.obj", "bin", (1, 1))(np.random.default_rng(0)).mesh.extents
+    trimesh.creation.box((3, 1, 1)).export(tmp_path / "a.obj")
+    os.utime(tmp_path / "a.obj", ns=(0, 1))  # clocks of file systems are coarse
+    after = user_thing(tmp_path / "a.obj", "bin", (1, 1))(np.random.default_rng(0)).mesh.extents
+    assert sorted(before) == pytest.approx([1, 1, 1]) and sorted(after) == pytest.approx([1, 1, 3])

@@ -44,8 +44,9 @@ def left_out_decisions(kernel: Array, positive: NDArray[np.bool_], cost: float) 
 
 def decided(kernel: Array, train: NDArray, test: NDArray, positive: NDArray[np.bool_], cost: float) -> Array:
     """Train on some objects and return the decision values of others."""
-    if not positive[train].any():
-        return np.full(len(test), -1.0)  # a fold may leave no object of a small class
+    if positive[train].all() or not positive[train].any():
+        # A fold may leave no object of a small class, or of any other.
+        return np.full(len(test), 1.0 if positive[train].any() else -1.0)
     alpha, bias = binary_machine(kernel[np.ix_(train, train)], positive[train], cost)
     return kernel[np.ix_(test, train)] @ alpha + bias
 

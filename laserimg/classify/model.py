@@ -153,6 +153,6 @@ def _model(arrays: dict[str, NDArray]) -> ObjectModel:
         labels = tuple(str(label) for label in head["labels"])
         recipe = Recipe.from_dict(head["recipe"])
         numbers = float(head["sharpness"]), float(head["margin"])
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         raise ModelError(f"its head is malformed: {error}") from error
     return ObjectModel(labels, arrays["weights"], arrays["bias"], recipe, *numbers)

@@ -57,8 +57,10 @@ class Recipe:
             raise ConfigError(f"features must be one of {', '.join(FEATURES)}, got {self.features!r}")
         if self.appearance not in APPEARANCES:
             raise ConfigError(f"appearance must be one of {', '.join(APPEARANCES)}, got {self.appearance!r}")
-        if not 1 <= self.views <= MAX_VIEWS:
-            raise ConfigError(f"views must be from 1 to {MAX_VIEWS}, got {self.views}")
+        if not isinstance(self.views, int) or not 1 <= self.views <= MAX_VIEWS:
+            raise ConfigError(f"views must be a whole number from 1 to {MAX_VIEWS}, got {self.views}")
+        if not isinstance(self.size, bool):
+            raise ConfigError(f"size must be true or false, got {self.size!r}")
 
     @property
     def needs_reflectance(self) -> bool:

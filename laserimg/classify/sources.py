@@ -14,7 +14,8 @@ from laserimg.classify.datasets import Watch, dataset_objects
 from laserimg.classify.recipe import Recipe, describe_cloud
 from laserimg.classify.source import Source, source_of_pixels
 from laserimg.errors import LabelError, LaserImgError, ScanError
-from laserimg.files import is_hidden, read_bytes, without_compression
+from laserimg.evidence import Window
+from laserimg.files import changed_ns, is_hidden, read_bytes, without_compression
 from laserimg.formats.coco import Annotation
 from laserimg.formats.coco_file import read_coco
 from laserimg.ground import ground_of_scan
@@ -128,11 +129,9 @@ def object_in_box(scan: Scan, box: tuple[float, float, float, float]) -> BoolArr
     ScanError
         If nothing in the box is an object.
     """
-    x, y, w, h = (round(value) for value in box)
+    window = Window.of(box, scan.shape, scan.wraps)
     inside = np.zeros(scan.shape, np.bool_)
-    columns = np.arange(x, x + max(w, 1))
-    columns = columns % scan.shape[1] if scan.wraps else columns[(columns >= 0) & (columns < scan.shape[1])]
-    inside[max(y, 0) : y + max(h, 1), columns] = True
+    inside[window.rows, window.columns] = True
     ground = _ground_of(scan)
     clusters = rbnn_of_scan(scan, inside if ground is None else inside & ~ground, min_points=2, reach=(2, 2))
     sizes = np.bincount(clusters.ravel())
@@ -198,13 +197,13 @@ def _describe_crop(scan: Scan, mask: BoolArray, recipe: Recipe) -> Float32Array:
 def _without_path(path: Path, index: int) -> Scan:
     """Read a scan; the error says what is wrong, the caller where."""
     try:
-        return _scan(path, index)
+        return _scan(path, index, changed_ns(path))
     except ScanError as error:
         raise ScanError(str(error).removeprefix(f"{path}: ")) from error
 
 
 @lru_cache(maxsize=1)
-def _scan(path: Path, index: int) -> Scan:
+def _scan(path: Path, index: int, _changed_ns: int) -> Scan:
     for file in find_files([path]):
         for scan in read_file(file):
             if scan.index == index:

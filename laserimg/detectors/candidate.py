@@ -6,7 +6,7 @@ from typing import Literal, Protocol
 from laserimg.evidence import Box, Evidence
 from laserimg.regions import Region
 
-Source = Literal["cascade", "hog", "regions", "clusters", "given"]
+Source = Literal["cascade", "hog", "regions", "given"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,7 +43,7 @@ class Candidate:
     @property
     def scored(self) -> bool:
         """Whether a detector gave the score: neither the share of a region nor a file."""
-        return self.name not in ("regions", "clusters", "given")
+        return self.odds is not None or self.source in ("cascade", "hog")
 
 
 class Detector(Protocol):

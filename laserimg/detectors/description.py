@@ -31,6 +31,7 @@ _BINS = (
     np.linspace(np.log(0.5), np.log(40.0), 8),
     np.linspace(-1.0, 3.0, 17),
 )
+VECTOR_LENGTH = LAYOUT.honv_length + LAYOUT.hog_length + 5 * CELLS**2 + sum(map(len, _BINS))
 # Of vectors of about length 1, so that no part outweighs the others in a linear SVM: tried on wastebaskets.
 _WEIGHTS = {"honv": 0.1, "hog": 0.1, "depth": 0.5, "known": 0.3, "normals": 0.4, "size": 0.7}
 
@@ -77,6 +78,7 @@ class Describer:
         Returns
         -------
         (n, d) array of float32
+            d is `VECTOR_LENGTH`.
         """
         pixels = resampled(self.pyramid, grown(boxes, SURROUNDINGS), SIDE)
         parts = [_seen(pixels[first : first + _AT_ONCE]) for first in range(0, max(len(boxes), 1), _AT_ONCE)]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from laserimg.boxes import Boxes, iou
 from laserimg.detectors.boosted_trees import BoostedTrees
-from laserimg.detectors.description import Describer, plain_part
+from laserimg.detectors.description import VECTOR_LENGTH, Describer, plain_part
 from laserimg.detectors.look import Look
 from laserimg.detectors.metric_cells import METRIC_NUMBERS, metric_cells
 from laserimg.errors import LaserImgError, ModelError
@@ -200,6 +200,8 @@ def _looks(path: Path, arrays: dict[str, NDArray]) -> tuple[Look, ...]:
     shapes = arrays["bias"].shape, arrays["moves"].shape, arrays["still"].shape
     if shapes != ((count,), (count, 4, length), (count, 4)) or count == 0:
         raise ModelError(f"{path}: weights, moves and still do not fit each other")
+    if length != VECTOR_LENGTH:
+        raise ModelError(f"{path}: is for vectors of {length} numbers, those here have {VECTOR_LENGTH}")
     weights, moves, still = (np.asarray(arrays[name], np.float32) for name in ("weights", "moves", "still"))
     return tuple(
         Look(weights[i], float(bias), moves[i], still[i]) for i, bias in enumerate(arrays["bias"].tolist())

@@ -18,6 +18,7 @@ from laserimg.detectors.search import WindowDetector
 from laserimg.detectors.second_stage import MOST, seen
 from laserimg.detectors.shipped import load_model
 from laserimg.evidence import Evidence
+from laserimg.files import changed_ns
 from laserimg.recipes.gloss import without_glancing
 from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import Recipe
@@ -133,14 +134,15 @@ def joined(parts: Sequence[Samples]) -> Samples:
 
 def proposed_boxes(evidence: Evidence, cascades: tuple[Path, ...], regions: bool) -> Boxes:
     """Return what the cascades of a class, and the regions, propose in a scan."""
-    boxes = [one.box for detector in _detectors(cascades) for one in detector(evidence)]
+    detectors = _detectors(cascades, tuple(map(changed_ns, cascades)))
+    boxes = [one.box for detector in detectors for one in detector(evidence)]
     if regions:
         boxes += [region.box for region in evidence.regions]
     return as_boxes(boxes or _NO_BOXES)
 
 
 @lru_cache(maxsize=4)
-def _detectors(cascades: tuple[Path, ...]) -> tuple[WindowDetector, ...]:
+def _detectors(cascades: tuple[Path, ...], _changed_ns: tuple[int, ...]) -> tuple[WindowDetector, ...]:
     return tuple(proposer(load_model(path)) for path in cascades)  # type: ignore[arg-type]
 
 

@@ -15,6 +15,7 @@ from laserimg.detectors.shipped import load_model
 from laserimg.evaluate.curves import Curve
 from laserimg.evaluate.matching import match
 from laserimg.evidence import Box
+from laserimg.files import changed_ns
 from laserimg.pipeline import Finding, Pipeline
 from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import Recipe
@@ -23,8 +24,8 @@ from laserimg.rules.model import QUANTITIES, ClassRules, Interval, OnFail, Rules
 from laserimg.sources import detectors_for
 from laserimg.workers import in_order
 
-# What workers are sent of rules: class, sources, limits, and what a failed check does.
-Sent = tuple[str, tuple[Source, ...], tuple[tuple[str, Interval], ...], OnFail]
+# What workers are sent of rules: all but the score, by which detections are chosen after them.
+Sent = tuple[str, tuple[Source, ...], tuple[tuple[str, Interval], ...], float, float, int, OnFail]
 Scored = list[tuple[Box, float]]
 
 MIN_IOU = 0.5
@@ -117,20 +118,24 @@ def pipeline_of(models: tuple[Path, ...], rules: Sent, gates: bool) -> Pipeline:
     gates : bool
         Checks reject, as in the paper, whatever the rules say.
     """
-    return _pipeline(models, tuple(path.stat().st_mtime_ns for path in models), rules, gates)
+    return _pipeline(models, tuple(map(changed_ns, models)), rules, gates)
 
 
 @lru_cache(maxsize=4)
 def _pipeline(models: tuple[Path, ...], changed_ns: tuple[int, ...], rules: Sent, gates: bool) -> Pipeline:
-    label, sources, limits, on_fail = rules
-    asked = ClassRules(label, sources, dict(limits), on_fail="reject" if gates else on_fail)
+    label, sources, limits, inside, fills, agree, on_fail = rules
+    asked = ClassRules(
+        label, sources, dict(limits), inside, fills, 0.0, agree, on_fail="reject" if gates else on_fail
+    )
     all_rules = Rules((asked,))
     return Pipeline(all_rules, detectors_for(all_rules, [load_model(path) for path in models]))
 
 
 def sent(rules: ClassRules) -> Sent:
     """Return what workers are sent of rules."""
-    return rules.label, rules.sources, tuple(rules.limits.items()), rules.on_fail
+    limits = tuple(rules.limits.items())
+    shares = rules.region_inside, rules.region_fills
+    return rules.label, rules.sources, limits, *shares, rules.agree, rules.on_fail
 
 
 def _found(

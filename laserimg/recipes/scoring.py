@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from laserimg.cascade.folder import one_thread
 from laserimg.detectors.boosted_trees import BoostedTrees
@@ -77,7 +78,7 @@ def train_second_stage(
         looks = (*looks, trained_look(samples, recipe))
         if len(looks) == LOOKS:
             break
-    judge = trained_judge(samples, looks[-1])
+    judge = trained_judge(samples, looks[-1], jobs)
     return SecondStage(recipe.label, card_of(recipe, None, len(scans)), looks, judge, regions=recipe.regions)
 
 
@@ -103,12 +104,14 @@ def trained_look(samples: Samples, recipe: Recipe) -> Look:
     return Look(weights, float(np.float32(plane.bias)), moves, still)
 
 
-def trained_judge(samples: Samples, look: Look) -> BoostedTrees:
+def trained_judge(samples: Samples, look: Look, jobs: int = 1) -> BoostedTrees:
     """Return the trees that tell boxes of objects from others, by what the last look makes of its samples."""
     overlap = np.where(samples.overlap < OF_NONE, 0, overlap_after(look, samples))
     of_object = overlap >= OF_OBJECT
     sure = of_object | (overlap < OF_NO_OBJECT)
-    return fit_trees(samples.numbers[sure], of_object[sure])
+    # As many threads as jobs, whatever the machine has: those of two commands would wait for each other.
+    with threadpool_limits(jobs):
+        return fit_trees(samples.numbers[sure], of_object[sure])
 
 
 def overlap_after(look: Look, samples: Samples) -> NDArray[np.float64]:

@@ -110,11 +110,14 @@ class Interval:
 
         Examples
         --------
-        >>> Interval(0.2, 0.6).widened(2)
-        Interval(low=0.1, high=1.2)
+        >>> Interval(0.2, 0.6).widened(2), Interval(-1.0, -0.8).widened(2)
+        (Interval(low=0.1, high=1.2), Interval(low=-2.0, high=-0.4))
         """
         low, high = self.low, self.high
-        return Interval(None if low is None else low / factor, None if high is None else high * factor)
+        return Interval(
+            None if low is None else min(low / factor, low * factor),
+            None if high is None else max(high / factor, high * factor),
+        )
 
     def failure(self, name: str, value: float) -> str:
         """Return which limit a measured value breaks, in words; "" when it breaks none.

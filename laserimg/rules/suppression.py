@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from laserimg.boxes import iou
+from laserimg.boxes import as_boxes, iou
 from laserimg.regions import Region
 
 MAX_IOU = 0.5
@@ -46,9 +46,12 @@ def suppressed_by(claims: Sequence[Claim], width: int, wraps: bool) -> list[tupl
     """
     verdicts = [(-1, 0.0)] * len(claims)
     winners: list[int] = []
+    boxes = as_boxes([claim.region.box for claim in claims])
     for index in sorted(range(len(claims)), key=lambda i: (not claims[i].from_detector, -claims[i].score)):
-        for winner in winners:
-            overlap = _overlap(claims[index], claims[winner], width if wraps else None)
+        of_boxes = iou(boxes[[index]], boxes[winners], width if wraps else None)[0]
+        for place in np.flatnonzero(of_boxes):
+            winner = winners[place]
+            overlap = _overlap(claims[index], claims[winner], float(of_boxes[place]))
             if overlap > MAX_IOU:
                 verdicts[index] = (winner, overlap)
                 break
@@ -57,9 +60,9 @@ def suppressed_by(claims: Sequence[Claim], width: int, wraps: bool) -> list[tupl
     return verdicts
 
 
-def _overlap(a: Claim, b: Claim, wrap_width: int | None) -> float:
-    boxes = float(iou([a.region.box], [b.region.box], wrap_width)[0, 0])
-    if boxes == 0 or a.label == b.label:
-        return boxes
+def _overlap(a: Claim, b: Claim, of_boxes: float) -> float:
+    """Of claims whose boxes overlap: that of the boxes in one class, that of the pixels across classes."""
+    if a.label == b.label:
+        return of_boxes
     common = len(np.intersect1d(a.region.pixels, b.region.pixels, assume_unique=True))
     return common / (len(a.region.pixels) + len(b.region.pixels) - common)

@@ -9,7 +9,7 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from laserimg.errors import LaserImgError, ScanError
-from laserimg.files import write_text
+from laserimg.files import changed_ns, write_text
 from laserimg.geometry.mounting import with_up
 from laserimg.images import write_png
 from laserimg.readers import read_file
@@ -92,14 +92,14 @@ def write_map(whole: SemanticMap, out: Path, title: str) -> None:
 
 
 @lru_cache(maxsize=1)
-def _models(path: Path | None) -> MapModels:
+def _models(path: Path | None, _changed_ns: int) -> MapModels:
     """The models of a worker: loaded once, not once a file."""
     return MapModels.load(path)
 
 
 def _map_file(task: tuple[Path, str], options: MapOptions, out: Path) -> MappedFile:
     file, name = task
-    models, scans = _models(options.model), []
+    models, scans = _models(options.model, changed_ns(options.model) if options.model else 0), []
     try:
         with threadpool_limits(1):
             for scan in read_file(file):

@@ -78,8 +78,15 @@ def echoes_along(caster: Caster, origins: ArrayLike, directions: Float32Array) -
         found.append(_echoes(caster, rays, hits, mirrored))
         smooth = np.flatnonzero(caster.smooth[hits.face])
         rays = _sent_on(caster, _chosen(rays, smooth), _chosen(hits, smooth), mirrored[smooth])
+    if not found:
+        return _no_echoes()
     names = [one.name for one in fields(Echoes)]
     return Echoes(*(np.concatenate([getattr(echoes, name) for echoes in found]) for name in names))
+
+
+def _no_echoes() -> Echoes:
+    number, metres = np.empty(0, np.int32), np.empty(0, np.float32)
+    return Echoes(number, metres, metres, number, metres)
 
 
 def _rays(origins: ArrayLike, directions: Float32Array) -> _Rays:

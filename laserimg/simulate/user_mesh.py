@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.errors import ConfigError, MissingExtraError
+from laserimg.files import changed_ns
 from laserimg.simulate.mesh import mesh_of
 from laserimg.simulate.objects.loft import varied
 from laserimg.simulate.things import Thing
@@ -88,7 +89,6 @@ def user_thing(path: str | Path, label: str, height_m: tuple[float, float], up: 
     return UserThing(file.resolve(), label, (float(low), float(high)), axis, f"{plain}_{digest}")
 
 
-@lru_cache(maxsize=8)
 def standing(path: Path, up: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """Return (n, 3) points, 1 high on z = 0 and centred in x and y, and (m, 3) faces of a mesh file.
 
@@ -97,6 +97,11 @@ def standing(path: Path, up: str) -> tuple[NDArray[np.float64], NDArray[np.int32
     MissingExtraError, ConfigError
         As `user_thing`.
     """
+    return _standing(path, up, changed_ns(path))
+
+
+@lru_cache(maxsize=8)
+def _standing(path: Path, up: str, _changed_ns: int) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     points, faces = _triangles(path)
     # z, x, y of files whose y points up are x, y, z: their front, +z by the GLB format, becomes +x.
     points = points[:, [2, 0, 1]] if up == "y" else points

@@ -77,14 +77,16 @@ def pack(cloud: Cloud) -> tuple[bytes, dict[str, Any]]:
     """Return points as bytes, and the frame that turns them back into metres.
 
     All x, y, z as 16 bits between the corners of the cloud's box, then all clusters as 16 bits (0
-    loose, 1 ground, 2 the first), then brightness, then spacing as 8 bits each, little-endian.
+    loose, 1 ground, 2 the first; from the 65,535th on loose), then brightness, then spacing as 8 bits each,
+    little-endian.
     """
     low, high = cloud.points.min(axis=0), cloud.points.max(axis=0)
     span = np.maximum(high - low, np.float32(1e-3))
     largest = max(float(np.quantile(cloud.spacing, 0.999)), 1e-3)
     places = np.rint((cloud.points - low) / span * 65535).astype("<u2")
     size = np.clip(np.rint(cloud.spacing / largest * 255), 1, 255).astype(np.uint8)
-    parts = (places, (cloud.cluster + 1).astype("<u2"), cloud.shade, size)
+    cluster = np.where(cloud.cluster < 65535, cloud.cluster + 1, 0).astype("<u2")
+    parts = (places, cluster, cloud.shade, size)
     frame = {"count": len(places), "low": low.tolist(), "span": span.tolist(), "largest_m": largest}
     return b"".join(part.tobytes() for part in parts), frame
 

@@ -46,10 +46,10 @@ SCANNER_RADIUS_M = 0.55
 def office(rng: np.random.Generator, extras: Sequence[Maker] = ()) -> Scene:
     """Return an office of 3.5-14 x 3-9 m, 2.4-3.4 m high, full of desks, with the scanner amid them.
 
-    A desk for each 4-10 square metres, most with an office chair; wastebaskets under desks, beside them and
-    other furniture, in corners or by walls. The scanner is 0.6-1.7 m above the floor (the office scan: 1.29
-    m). One scene in eight has no labelled object but perhaps a person. Of the makers `extras` 1-4 things
-    each come too.
+    A desk for each 3.1-8.3 square metres, most with an office chair; wastebaskets under desks, beside them
+    and other furniture, in corners or by walls. The scanner is 0.6-1.7 m above the floor (the office scan:
+    1.29 m). One scene in eight has no labelled object but perhaps a person. Of the makers `extras` 1-4
+    things each come too.
     """
     is_labelled = rng.random() > 1 / 8
     length, width = rng.uniform(3.5, 14.0), rng.uniform(3.0, 9.0)

@@ -8,7 +8,7 @@
         for d in result.detections:
             print(d.label, d.score, d.box, d.size)  # pixels; metres
         for r in result.rejected:
-            print(r.label, r.reason)  # "height 0.81 m > 0.60 m"
+            print(r.label, r.reason)  # "score 0.08 < 0.30"
 
 Importing the package loads nothing heavy: names are looked up when first used (PEP 562).
 """

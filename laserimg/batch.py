@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import traceback
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache, partial
@@ -16,11 +17,12 @@ import laserimg
 from laserimg.build import Build
 from laserimg.draw import overlay
 from laserimg.errors import LaserImgError
-from laserimg.files import atomic_write, sha256_of, write_text
+from laserimg.files import make_folder, sha256_of, write_text
 from laserimg.formats.coco import CocoFile
 from laserimg.formats.coco_file import coco_text, read_coco, write_coco
 from laserimg.formats.detections_csv import write_detections_csv
 from laserimg.geometry.mounting import rotated, with_up
+from laserimg.images import write_png
 from laserimg.pipeline import Pipeline
 from laserimg.readers import read_file
 from laserimg.records import merged, scan_record
@@ -121,9 +123,10 @@ def run(
         If rules, detectors or candidates are wrong; a file that cannot be read is not an error.
     """
     Build(settings, len(tasks) == 1).pipeline()  # wrong rules end the run before it begins
+    make_folder(out)
     waiting = []
     for task in tasks:
-        scans = 0 if force else finished_scans(task, out)
+        scans = 0 if force else finished_scans(task, out, settings.overlays)
         if scans:
             yield Done(task.name, scans, resumed=True)
         else:
@@ -132,15 +135,27 @@ def run(
     yield from unordered(work, waiting, min(jobs, max(len(waiting), 1)), _died)
 
 
-def finished_scans(task: Task, out: Path) -> int:
-    """Return the number of scans of a file whose results still hold; 0 if it must be done."""
+def finished_scans(task: Task, out: Path, overlays: bool = False) -> int:
+    """Return the number of scans of a file whose results still hold; 0 if it must be done.
+
+    Results that are gone or damaged are made anew, pictures too if they are asked for.
+    """
     try:
         state = json.loads((out / SCANS / task.done_name).read_text(encoding="utf-8"))
         scans = state["scans"] if state["key"] == task.key else 0
     except (OSError, ValueError, KeyError, TypeError):
         return 0
-    complete = isinstance(scans, int) and all(path.exists() for path in record_paths(task, out, scans))
-    return scans if complete else 0
+    if not isinstance(scans, int) or not all(map(_is_whole, record_paths(task, out, scans))):
+        return 0
+    pictures = (task.result(out / OVERLAYS, index, ".png") for index in range(scans) if overlays)
+    return scans if all(path.exists() for path in pictures) else 0
+
+
+def _is_whole(record: Path) -> bool:
+    try:
+        return bool(read_coco(record).images)
+    except LaserImgError:
+        return False
 
 
 def record_paths(task: Task, out: Path, scans: int) -> list[Path]:
@@ -160,9 +175,17 @@ def _process(task: Task, settings: Settings, out: Path, only_scan: bool) -> Done
                 scans += 1
     except LaserImgError as error:
         return Done(task.name, error=str(error))
+    except Exception as error:
+        return Done(task.name, error=f"{task.file}: {fault(error)}")
     state = {"key": task.key, "scans": scans}
     write_text(out / SCANS / task.done_name, json.dumps(state))
     return Done(task.name, scans)
+
+
+def fault(error: Exception) -> str:
+    """Return what to tell of an error that nobody expected: what, and where in the package."""
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    return f"a fault of laserimg, please report it: {error!r} in {Path(place.filename).name}:{place.lineno}"
 
 
 def _died(task: Task) -> Done:
@@ -179,8 +202,7 @@ def _process_scan(pipeline: Pipeline, scan: Scan, task: Task, settings: Settings
     result = pipeline(scan)
     record = scan_record(result, task.name, pipeline.rules.labels, settings.rejected, settings.split_seam)
     if settings.overlays:
-        with atomic_write(task.result(out / OVERLAYS, scan.index, ".png")) as temporary:
-            cv2.imwrite(str(temporary), cv2.cvtColor(overlay(result), cv2.COLOR_RGB2BGR))
+        write_png(task.result(out / OVERLAYS, scan.index, ".png"), overlay(result))
     write_text(task.result(out / SCANS, scan.index, ".json"), coco_text(record))
 
 

@@ -50,7 +50,7 @@ def read_bytes(path: Path, limit: int = MAX_UNPACKED_BYTES) -> bytes:
     """
     data = read_start(path, limit + 1)
     if len(data) > limit:
-        raise LaserImgError(f"holds more than {limit >> 20} MB")
+        raise LaserImgError(f"holds more than {limit / (1 << 20):.3g} MB")
     return data
 
 
@@ -117,20 +117,23 @@ def atomic_write(path: Path) -> Iterator[Path]:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     # The suffix stays: cv2.imwrite and others choose the format by it.
-    handle, name = tempfile.mkstemp(prefix=f"{_UNFINISHED}{path.stem}.", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
+    prefix = f"{_UNFINISHED}{path.stem}."
+    temporary = None
     try:
+        handle, name = tempfile.mkstemp(prefix=prefix, suffix=path.suffix, dir=path.parent)
+        os.close(handle)
+        temporary = Path(name)
         yield temporary
         temporary.chmod(0o666 & ~_umask())
         temporary.replace(path)
     except OSError as error:
-        if error.errno is None or error.filename is not None:
+        # A full disk says so without saying where; others name the file that nobody asked for.
+        if error.errno is None or (error.filename is not None and prefix not in str(error.filename)):
             raise
-        # A full disk says so without saying where.
         raise type(error)(error.errno, error.strerror, str(path)) from error
     finally:
-        temporary.unlink(missing_ok=True)
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
 
 
 def remove_unfinished(folder: Path) -> None:

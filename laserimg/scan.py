@@ -118,11 +118,15 @@ class Scan:
         range_m : (H, W) array
             Metres; 0, NaN or infinity where nothing returned.
         azimuth : (W,) or (H, W) array
-            Radians, counter-clockwise seen from above; decreasing with the column.
+            Radians, counter-clockwise seen from above.
         elevation : (H,) or (H, W) array
-            Radians, positive upwards; row 0 is the highest.
+            Radians, positive upwards.
         **fields
             Other fields of `Scan`, such as ``reflectance`` or ``wraps``.
+
+        Notes
+        -----
+        Rows that go up and columns that go left are flipped (`right_way_round`).
 
         Raises
         ------
@@ -133,7 +137,7 @@ class Scan:
 
         range_array = np.array(range_m, dtype=np.float32)
         range_array[~np.isfinite(range_array)] = 0
-        return cls(range_array, directions_from_angles(azimuth, elevation), **fields)
+        return cls(range_array, directions_from_angles(azimuth, elevation), **fields).right_way_round()
 
     @classmethod
     def from_points(
@@ -212,6 +216,27 @@ class Scan:
         "Polar coordinates are transformed into Cartesian coordinates": paper 2, section 3.
         """
         return self.range[..., None] * self.directions
+
+    def right_way_round(self) -> Self:
+        """Return the scan with row 0 at the upper end and azimuth decreasing with the column.
+
+        What files and arrays hold in another order is flipped. A scan whose pose turns it stays: the
+        scanner may hang upside down.
+        """
+        if not np.array_equal(self.world_from_scan[:3, :3], np.eye(3)):
+            return self
+        height = self.directions[..., 2].astype(np.float64)
+        middle = len(height) // 2
+        rows = slice(None, None, -1 if height[:middle].mean() < height[-middle:].mean() else 1)
+        some = self.directions[:: max(1, len(height) // 32)].astype(np.float64)
+        turning = np.cross(some[:, :-1], some[:, 1:])[..., 2]
+        columns = slice(None, None, -1 if turning.sum() > 0 else 1)
+        if rows.step == columns.step == 1:
+            return self
+        grids = {name: getattr(self, name) for name in ("range", "directions", "reflectance", "filled")}
+        return replace(
+            self, **{name: grid[rows, columns] for name, grid in grids.items() if grid is not None}
+        )
 
     def with_limits(self, min_range: float | None = None, max_range: float | None = None) -> Self:
         """Return the same scan with other limits of `valid`; None keeps the present one."""

@@ -3,12 +3,14 @@
 import hashlib
 import json
 from dataclasses import asdict, dataclass
+from math import inf, isfinite
 from pathlib import Path
 from typing import Literal
 
 import laserimg
 from laserimg.errors import ConfigError
 from laserimg.files import sha256_of
+from laserimg.geometry.mounting import axis_of
 from laserimg.rules.model import SOURCES
 
 Rejected = Literal["all", "near", "none"]
@@ -55,7 +57,7 @@ class Settings:
     Raises
     ------
     ConfigError
-        If a choice is none.
+        If a choice is none, or a range or angle cannot be.
     """
 
     rules: str | None = None
@@ -77,6 +79,14 @@ class Settings:
     def __post_init__(self) -> None:
         if self.up is not None and self.rotate is not None:
             raise ConfigError("give up or rotate, not both")
+        if self.up is not None:
+            axis_of(self.up)
+        for number in (self.min_range, self.max_range, *(self.rotate or ())):
+            if number is not None and not isfinite(number):
+                raise ConfigError(f"ranges and angles must be finite numbers, not {number}")
+        near, far = self.min_range or 0.0, inf if self.max_range is None else self.max_range
+        if not 0 <= near < far:
+            raise ConfigError(f"ranges must be 0 <= min < max, not {near:g} and {far:g} m")
         for name, allowed in CHOICES.items():
             if getattr(self, name) not in allowed:
                 raise ConfigError(f"{name} must be one of {', '.join(allowed)}, not {getattr(self, name)!r}")

@@ -1,12 +1,13 @@
 """Boxes of metres become boxes of pixels: the truth that detections are compared with."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from laserimg.formats.boxes3d import Labels3D
-from laserimg.formats.coco import Annotation, Box, Category, CocoImage
+from laserimg.formats.coco import Annotation, Box, Category, CocoImage, Position
 from laserimg.regions import bounding_box
 from laserimg.scan import BoolArray, Scan
 
@@ -51,14 +52,11 @@ def truth_of(
         Objects with fewer returns are to be ignored.
     """
     boxes = [*_objects(scan, labels, min_points), *_ignored(scan, labels)]
-    return [
-        Annotation(first_id + number, image.id, category, box, area=float(points), iscrowd=int(crowd))
-        for number, (category, box, points, crowd) in enumerate(boxes)
-    ]
+    return [replace(box, id=first_id + number, image_id=image.id) for number, box in enumerate(boxes)]
 
 
-def _objects(scan: Scan, labels: Labels3D, min_points: int) -> Iterator[tuple[int, Box, int, bool]]:
-    """Category, box, points and whether to ignore it, of every labelled object with a return."""
+def _objects(scan: Scan, labels: Labels3D, min_points: int) -> Iterator[Annotation]:
+    """Every labelled object with a return; its numbers come later."""
     returns = np.flatnonzero(scan.range > 0)
     points = in_world(scan, scan.points().reshape(-1, 3)[returns])
     known: set[tuple[str, bytes]] = set()
@@ -72,10 +70,14 @@ def _objects(scan: Scan, labels: Labels3D, min_points: int) -> Iterator[tuple[in
             if len(pixels) and (box.kind, key := pixels.tobytes()) not in known:
                 known.add((box.kind, key))
                 found = bounding_box(pixels, scan.shape[1], scan.wraps)
-                yield category.id, found, len(pixels), not counted or len(pixels) < min_points
+                crowd = not counted or len(pixels) < min_points
+                where = position_of(scan, pixels)
+                yield Annotation(
+                    0, 0, category.id, found, area=float(len(pixels)), iscrowd=int(crowd), position=where
+                )
 
 
-def _ignored(scan: Scan, labels: Labels3D) -> Iterator[tuple[int, Box, int, bool]]:
+def _ignored(scan: Scan, labels: Labels3D) -> Iterator[Annotation]:
     if labels.view is None:
         return
     reach = np.where(scan.range > 0, scan.range, np.float32(_FAR_M))[..., None]
@@ -87,7 +89,7 @@ def _ignored(scan: Scan, labels: Labels3D) -> Iterator[tuple[int, Box, int, bool
     boxes = [bounding_box(np.flatnonzero(part), scan.shape[1], scan.wraps) for part in parts if part.any()]
     for found in [*boxes, *_unseen(seen, scan.wraps)]:
         for category in CATEGORIES:
-            yield category.id, found, round(found[2] * found[3]), True
+            yield Annotation(0, 0, category.id, found, area=float(round(found[2] * found[3])), iscrowd=1)
 
 
 def _parts(labels: Labels3D) -> NDArray[np.float64]:
@@ -103,6 +105,14 @@ def _unseen(seen: BoolArray, wraps: bool) -> list[Box]:
     end = x + across
     runs = [(end % width, width - across)] if wraps else [(0.0, x), (end, width - end)]
     return [(first, 0.0, count, float(height)) for first, count in runs if count > 0]
+
+
+def position_of(scan: Scan, pixels: NDArray[np.intp]) -> Position:
+    """Return where the returns of some flattened pixels are: their median point and range."""
+    range_m = scan.range.ravel()[pixels]
+    x, y, z = np.median(range_m[:, None] * scan.directions.reshape(-1, 3)[pixels], axis=0).tolist()
+    azimuth, elevation = np.degrees(np.arctan2([y, z], [x, np.hypot(x, y)])).tolist()
+    return Position(x, y, z, float(np.median(range_m)), azimuth, elevation)
 
 
 def in_world(scan: Scan, points: ArrayLike) -> NDArray[np.float64]:

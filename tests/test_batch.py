@@ -145,3 +145,40 @@ def test_up_is_taken_from_the_settings(folder):
     assert [entry.position.height_above_floor for entry in upside_down if entry.accepted] == [None] * 3
     with pytest.raises(ConfigError, match="up or rotate"):
         Settings(up="x", rotate=(0, 0, 0))
+
+
+def test_a_fault_in_one_file_does_not_stop_the_rest(folder, monkeypatch):
+    real = batch.scan_record
+
+    def fails(result, name, *others):
+        return 1 / 0 if name == "a/1.npz" else real(result, name, *others)
+
+    monkeypatch.setattr(batch, "scan_record", fails)
+    done, coco = run(folder)
+    assert [image.file_name for image in coco.images] == ["a/2.npz", "b/0.npz"]
+    assert "a fault of laserimg, please report it: ZeroDivisionError" in done["a/1.npz"].error
+    assert "1.npz" in done["a/1.npz"].error
+
+
+def test_damaged_results_and_missing_pictures_are_made_again(folder):
+    run(folder, overlays=True)
+    (folder / "out" / "scans" / "a" / "1.npz.json").write_text("")
+    (folder / "out" / "overlays" / "a" / "2.npz.png").unlink()
+    done, coco = run(folder, overlays=True)
+    assert {name for name, entry in done.items() if not entry.resumed} == {"a/1.npz", "a/2.npz"}
+    assert len(coco.images) == 3 and (folder / "out" / "overlays" / "a" / "2.npz.png").exists()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"up": "sideways"},
+        {"min_range": -1.0},
+        {"min_range": 5.0, "max_range": 2.0},
+        {"max_range": float("nan")},
+        {"rotate": (0.0, 0.0, float("nan"))},
+    ],
+)
+def test_settings_that_no_scan_can_have_end_the_run_before_it_begins(wrong):
+    with pytest.raises(ConfigError, match=r"up must be|ranges"):
+        Settings(**wrong)

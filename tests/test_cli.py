@@ -202,3 +202,20 @@ def test_json_is_all_that_is_printed(folder, arguments):
 def test_quiet_prints_nothing(folder, arguments):
     (folder / "rules.toml").write_text('format = 1\n[wastebasket]\nfrom = ["regions"]\n', encoding="utf-8")
     assert laserimg(*arguments, "--quiet", folder=folder) == (0, "", "")
+
+
+def test_what_cannot_be_leaves_earlier_results_as_they_are(tmp_path):
+    scan = SCANS / "office.npz"
+    assert laserimg("detect", scan, "-o", tmp_path / "out", "--cascades", "none", "--quiet").code == 0
+    before = (tmp_path / "out" / "detections.json").read_bytes()
+    (tmp_path / "empty").mkdir()
+    for wrong, message in (
+        ((scan, "--up", "sideways"), "up must be x, y, z"),
+        ((tmp_path / "typo.npz",), "typo.npz: no such file or folder"),
+        ((tmp_path / "typo",), "typo: no such file or folder"),
+        ((scan, "--min-range", "5", "--max-range", "2"), "0 <= min < max"),
+        ((scan, "--cascades", tmp_path / "empty"), "no detectors in it; --cascades none"),
+    ):
+        done = laserimg("detect", *wrong, "-o", tmp_path / "out")
+        assert done.code != 0 and message in " ".join(done.err.split())
+        assert (tmp_path / "out" / "detections.json").read_bytes() == before

@@ -157,3 +157,12 @@ def test_the_real_wastebasket_is_a_cluster_of_its_own(data):
 def test_the_plane_of_a_floor_measures_heights():
     plane = Plane(np.array([0.0, 0.0, 1.0]), -1.2)
     assert plane.distance(np.array([[5.0, 0.0, -0.2]], np.float32))[0] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_rays_that_coincide_are_no_reason_to_fail(axis):
+    """A scan whose columns, or rows, all look the same way."""
+    angles = [np.radians(np.arange(10.0, -10.0, -1.0)), np.radians(np.arange(5.0, -15.0, -1.0))]
+    angles[axis] = np.zeros(20)
+    scan = Scan.from_range_image(np.full((20, 20), 2.0), *angles)
+    assert find_clusters(scan, find_floor(scan)).labels.shape == (20, 20)

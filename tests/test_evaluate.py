@@ -179,3 +179,20 @@ def test_the_command_prints_scores_and_writes_a_page(tmp_path):
     page = (tmp_path / "page.html").read_text()
     assert page.count("<polyline") == 4
     assert "http" not in page
+
+
+def test_what_is_nearly_hidden_or_was_rejected_need_not_be_found():
+    boxes = [(0.0, 0.0, 10.0, 10.0), (20.0, 0.0, 10.0, 10.0), (40.0, 0.0, 10.0, 10.0)]
+    images, categories = (CocoImage(1, "a.npz", 100, 50),), (Category(1, "bin"),)
+    found = CocoFile(images, categories, (Annotation(1, 1, 1, boxes[0], score=0.9),))
+    wanted = (
+        Annotation(1, 1, 1, boxes[0]),
+        Annotation(2, 1, 1, boxes[1], visibility=0.2),
+        Annotation(3, 1, 1, boxes[2], accepted=False),
+    )
+    truth = CocoFile(images, categories, wanted)
+    seen = evaluate(found, truth, asked=lambda entry: entry.visibility is None or entry.visibility > 0.5)
+    assert seen.curves["bin", 0.5, None].objects == 1
+    assert evaluate(found, truth).curves["bin", 0.5, None].objects == 2
+    counts = confusion(found, truth, asked=lambda entry: entry.visibility is None).counts
+    assert counts.tolist() == [[1, 0], [0, 0]]

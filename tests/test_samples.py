@@ -251,7 +251,10 @@ def test_every_sample_is_used_as_often():
     assert sorted(counts) == [33, 33, 34]
 
 
-@pytest.mark.parametrize("wrong", [{"turn_deg": (90, 0, 0)}, {"scale": 0.9}, {"dropped": 1.0}, {"noise": -1}])
+@pytest.mark.parametrize(
+    "wrong",
+    [{"turn_deg": (90, 0, 0)}, {"scale": 0.9}, {"dropped": 1.0}, {"noise": -1}, {"noise": float("nan")}],
+)
 def test_variations_have_limits(wrong):
     with pytest.raises(ConfigError, match="must be"):
         Variation(**wrong)
@@ -297,3 +300,16 @@ def test_wrong_options_are_usage_errors(tmp_path, wrong):
     scene(tmp_path / "crops" / "a.png")
     assert run(tmp_path / "crops", "-o", tmp_path / "a.vec", *wrong).exit_code == 2
     assert not (tmp_path / "a.vec").exists()
+
+
+def test_what_checks_rejected_is_neither_learnt_nor_background(tmp_path):
+    scene(tmp_path / "my scene.png")
+    path = as_coco(tmp_path, None)
+    coco = json.loads(path.read_text())
+    coco["annotations"] = [
+        {**coco["annotations"][0], "id": number, "bbox": [10 * number, 5, 8, 9], "accepted": number == 1}
+        for number in (1, 2)
+    ]
+    path.write_text(json.dumps(coco))
+    (image,) = read_labels(path, "chair")
+    assert image.objects.tolist() == [[10, 5, 8, 9]] and image.ignored.tolist() == [[20, 5, 8, 9]]

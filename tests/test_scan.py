@@ -96,3 +96,20 @@ def test_the_parts_of_a_split_box_are_the_box(box):
 def test_a_box_without_area_is_refused():
     with pytest.raises(LaserImgError, match="width and height above 0"):
         as_boxes([[0, 0, 0, 5]])
+
+
+@pytest.mark.parametrize("rows", [1, -1])
+@pytest.mark.parametrize("columns", [1, -1])
+def test_range_images_in_any_order_are_one_scan(rows, columns):
+    azimuth, elevation = np.radians(np.arange(20.0, -20.0, -1.0)), np.radians(np.arange(10.0, -20.0, -1.0))
+    range_m = np.random.default_rng(0).uniform(1, 5, (30, 40)).astype(np.float32)
+    wanted = Scan.from_range_image(range_m, azimuth, elevation, reflectance=range_m * 2)
+    scan = Scan.from_range_image(
+        range_m[::rows, ::columns],
+        azimuth[::columns],
+        elevation[::rows],
+        reflectance=2 * range_m[::rows, ::columns],
+    )
+    assert np.array_equal(scan.range, range_m)
+    assert np.array_equal(scan.reflectance, wanted.reflectance)
+    assert np.array_equal(scan.directions, wanted.directions)

@@ -130,3 +130,17 @@ def test_unknown_names_are_usage_errors(tmp_path):
     assert result.code == 2
     assert "office, park, stairwell, street" in result.err
     assert not (tmp_path / "out").exists()
+
+
+def test_the_truth_of_a_folder_is_that_of_all_sets_in_it(tmp_path):
+    for scene, count, seed in (("office", 2, 0), ("corridor", 1, 0), ("office", 1, 5)):
+        done = laserimg(
+            "simulate", scene, "--scanner", "lms200_tilt", "--count", count, "--seed", seed, "-o", tmp_path
+        )
+        assert done.code == 0
+    truth = read_coco(tmp_path / "truth.coco.json")
+    assert [image.file_name for image in truth.images] == sorted(path.name for path in tmp_path.glob("*.npz"))
+    for scan in open_scans(tmp_path):
+        for thing in truth.annotations_of(scan):
+            seen = scan.range[mask_of(thing.segmentation)]
+            assert thing.position.range == pytest.approx(np.median(seen[seen > 0]))

@@ -220,7 +220,7 @@ def test_truth_of_a_scan_without_labels_ends_in_one_line(tmp_path):
 
 def test_truth_of_a_missing_file_says_so_and_writes_nothing(tmp_path):
     done = laserimg("truth", "a.npz", "-o", "t.json", folder=tmp_path)
-    assert (done.code, done.err) == (1, "laserimg: a.npz: no such file\n")
+    assert (done.code, done.err) == (1, "laserimg: a.npz: no such file or folder\n")
     assert not (tmp_path / "t.json").exists()
 
 

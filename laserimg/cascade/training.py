@@ -62,6 +62,10 @@ class Plan:
     def __post_init__(self) -> None:
         if self.stages < 1 or self.negatives < 1 or self.positives < 0:
             raise ConfigError("stages and negatives must be 1 or more")
+        if not 0 <= self.target < 1:
+            raise ConfigError(
+                f"target must be at least 0 and below 1 false alarms per window, is {self.target}"
+            )
         if self.search not in ("screened", "exhaustive"):
             raise ConfigError(f"search must be screened or exhaustive, got {self.search}")
 

@@ -73,10 +73,19 @@ def labelled_sources(path: Path, scale: float = 1.0, watch: Watch = iter) -> lis
 
 
 def unlabelled_sources(paths: Iterable[Path], scale: float = 1.0) -> list[Source]:
-    """Return the objects of files, and of the files of folders."""
+    """Return the objects of files, and of the files of folders.
+
+    Raises
+    ------
+    LabelError
+        If a folder holds none.
+    """
     found = []
     for path in paths:
-        found += _files(path, "", scale) if path.is_dir() else [_file(path, "", scale)]
+        those = _files(path, "", scale) if path.is_dir() else [_file(path, "", scale)]
+        if not those:
+            raise LabelError(f"{path}: no objects: files of points or range images")
+        found += those
     return found
 
 

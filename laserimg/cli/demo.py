@@ -22,8 +22,6 @@ def demo(
       laserimg demo
       laserimg demo -o somewhere
     """
-    import shutil
-
     import laserimg
     from laserimg.cli.detect import detect
     from laserimg.files import atomic_write
@@ -31,7 +29,7 @@ def demo(
     scans = sorted((Path(laserimg.__file__).parent / "demo").glob("*.npz"))
     for scan in scans:
         with atomic_write(out / scan.name) as temporary:
-            shutil.copyfile(scan, temporary)
+            temporary.write_bytes(scan.read_bytes())
     results = out / "results"
     # Rules alone give each rejected object a reason in metres; the trained detectors are what comes next.
     detect([out / scan.name for scan in scans], results, cascades="none", as_json=as_json, quiet=quiet)

@@ -7,6 +7,7 @@ import typer
 
 if TYPE_CHECKING:
     from laserimg.evaluate import Confusion, Curve, Evaluation
+    from laserimg.formats.coco import Annotation
 
 
 def evaluate(
@@ -16,6 +17,12 @@ def evaluate(
     candidates: Annotated[
         bool, typer.Option("--candidates", help="Count rejected candidates too: before the checks.")
     ] = False,
+    min_points: Annotated[
+        int, typer.Option(min=0, help="Objects of the truth with fewer returns need not be found.")
+    ] = 0,
+    min_visibility: Annotated[
+        float, typer.Option(min=0, max=1, help="Nor those of which a smaller share is in sight.")
+    ] = 0.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with the curves.")] = False,
     quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
 ) -> None:
@@ -27,6 +34,7 @@ def evaluate(
       laserimg evaluate out/detections.json truth.coco.json
       laserimg evaluate out/detections.json truth.coco.json -o evaluation.html
       laserimg evaluate out/detections.json truth.coco.json --json
+      laserimg evaluate found/detections.json streets/truth.coco.json --min-points 50 --min-visibility 0.5
     """
     import json
 
@@ -39,7 +47,13 @@ def evaluate(
 
     found, wanted = read_coco(detections), read_coco(truth)
     accept = (lambda entry: True) if candidates else accepted
-    result, table = compare(found, wanted, accept=accept), confusion(found, wanted, accept=accept)
+
+    def asked(entry: "Annotation") -> bool:
+        in_sight = entry.visibility is None or entry.visibility >= min_visibility
+        return in_sight and (entry.area is None or entry.area >= min_points)
+
+    result = compare(found, wanted, accept=accept, asked=asked)
+    table = confusion(found, wanted, accept=accept, asked=asked)
     if out is not None:
         write_text(out, evaluation_page(result, table, str(detections), str(truth)))
     if as_json:
@@ -48,6 +62,8 @@ def evaluate(
         _print(result, table)
         if out is not None:
             typer.echo(f"curves: {out}")
+        if not any(entry.position for entry in wanted.annotations):
+            typer.echo("no range bands: the truth has no positions (laserimg truth and simulate write them)")
     for name in result.missing:
         typer.echo(f"laserimg: {name}: no such scan among the detections, left out", err=True)
     if result.missing:

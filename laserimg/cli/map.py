@@ -73,6 +73,8 @@ def map_(
         elif not quiet:
             _print_table(whole)
             typer.echo(f"map: {out / PAGE}")
+        if len(scans) > 1 and all((one.world_from_scan == scans[0].world_from_scan).all() for one in scans):
+            typer.echo("laserimg: all scans have the same pose: they lie over one another", err=True)
     for line in errors:
         typer.echo(f"laserimg: {line}", err=True)
     if errors:

@@ -154,7 +154,7 @@ def validate(
             continue
         if not quiet:
             print(f"{file}: valid, {', '.join(rules.labels) or 'no classes'}")
-            print("".join(f"{_needs_detector(one.label)}\n" for one in rules if one.needs_detector), end="")
+            print("".join(f"{_needs_detector(one.label)}\n" for one in rules if _lacks_detector(one)), end="")
     if failed:
         raise typer.Exit(1)
 
@@ -186,11 +186,18 @@ def _print_changes(old: Rules, new: Rules) -> None:
         changed = [name for name in {**before, **now} if before.get(name) != now.get(name)]
         for name in changed:
             print(f"{one.label}.{name}: {now.get(name, 'no limit')}")
-        if changed and one.needs_detector:
+        if changed and _lacks_detector(one):
             print(_needs_detector(one.label))
     for label in old.labels:
         if label not in new:
             print(f"{label}: no rules")
+
+
+def _lacks_detector(rules: ClassRules) -> bool:
+    """Whether a class takes candidates from detectors alone, and none that ships finds it."""
+    from laserimg.rules.file import load_rules
+
+    return rules.needs_detector and rules.label not in load_rules()
 
 
 def _needs_detector(label: str) -> str:

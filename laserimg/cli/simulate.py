@@ -31,9 +31,9 @@ def simulate(
     """Make scans of random scenes, with the boxes and sizes of what is in them.
 
     A scan depends on scene, scanner, seed and its number alone. What is there already is kept: a larger
-    --count adds to a set of the same version of laserimg. --mesh puts an object of your own 1-4 times into
-    every scene, scaled to --height; auto takes y as up in GLB files, z in others.
-    Needs pip install "laserimg[simulate]".
+    --count, another seed, scene or scanner adds to a folder of the same version of laserimg. --mesh puts an
+    object of your own 1-4 times into every scene, scaled to --height; auto takes y as up in GLB files, z in
+    others. Needs pip install "laserimg[simulate]".
 
     \b
       laserimg simulate office --count 20 -o offices
@@ -53,9 +53,10 @@ def simulate(
     plan = SetPlan(scene, scanner, seed, out, _extras(mesh, label, height, up))
     for _ in track(make_scans(plan, count, jobs), count, "simulating", quiet):
         pass
-    truth = write_truth(plan, count)
+    truth = write_truth(out)
     if not quiet:
-        typer.echo(f"{count} scans with {len(truth.annotations)} labelled objects; truth in {out / TRUTH}")
+        whole = f"{len(truth.images)} scans with {len(truth.annotations)} labelled objects"
+        typer.echo(f"{whole} in {out}; their truth: {out / TRUTH}")
 
 
 def _extras(mesh: Path | None, label: str | None, height: str | None, up: str) -> "tuple[UserThing, ...]":

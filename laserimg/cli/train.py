@@ -87,9 +87,12 @@ def cascade(
     from laserimg.cli.sizes import bytes_of, window_of
     from laserimg.cli.training_display import Display
     from laserimg.errors import ConfigError
+    from laserimg.formats.card import IMAGES, PLANES
     from laserimg.samples.negatives import read_negatives
     from laserimg.samples.positives import read_positives
 
+    if image not in (*IMAGES, *PLANES):
+        raise typer.BadParameter(f"known: {', '.join((*IMAGES, *PLANES))}", param_hint="--image")
     bytes_allowed = bytes_of(memory)
     try:
         goal = StageGoal(min_hit_rate, max_false_alarm, boost, depth, weight_trim, max_trees)  # type: ignore[arg-type]

@@ -27,11 +27,14 @@ def detector_files(path: Path) -> list[Path]:
     Raises
     ------
     ModelError
-        If there is no such file or folder.
+        If there is no such file or folder, or none in it.
     """
     if path.is_dir():
         with_card = (file for file in path.glob("*.npz") if file.with_suffix(".toml").exists())
-        return sorted(file for file in (*path.glob("*.xml"), *with_card) if not is_hidden(file))
+        found = sorted(file for file in (*path.glob("*.xml"), *with_card) if not is_hidden(file))
+        if not found:
+            raise ModelError(f"{path}: no detectors in it; --cascades none runs the rules alone")
+        return found
     if not path.exists():
         raise ModelError(f"{path}: no such file or folder")
     return [path]

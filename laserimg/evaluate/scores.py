@@ -58,6 +58,7 @@ def evaluate(
     ious: Iterable[float] = IOUS,
     bands_m: Iterable[Band] = BANDS_M,
     accept: Accept = accepted,
+    asked: Accept = lambda annotation: True,
 ) -> Evaluation:
     """Compare detections with truth.
 
@@ -65,13 +66,17 @@ def evaluate(
     ----------
     detections : CocoFile
     truth : CocoFile
-        Its images are what counts; boxes with ``iscrowd`` are neither hits nor misses.
+        Its images are what counts; boxes with ``iscrowd`` are neither hits nor misses, what was rejected is
+        no object.
     ious : iterable of float
         Least overlap of a hit.
     bands_m : iterable of (float, float)
         Ranges in metres; used for objects of the truth whose position is written.
     accept : function of Annotation
         Which candidates of the detections count as detections.
+    asked : function of Annotation
+        Which objects of the truth must be found; others, such as those nearly hidden, are neither hits nor
+        misses.
 
     Returns
     -------
@@ -83,10 +88,10 @@ def evaluate(
     curves, widths = {}, [image.width for image, _ in both]
     for label in truth.labels.values():
         found = [_of_class(detections, entry, label, accept) for _, entry in both]
-        wanted = [_of_class(truth, image, label, lambda _: True) for image, _ in both]
+        wanted = [_of_class(truth, image, label, accepted) for image, _ in both]
         for iou in ious:
             for band in (None, *bands_m):
-                curves[label, iou, band] = _curve(found, wanted, widths, iou, band)
+                curves[label, iou, band] = _curve(found, wanted, widths, iou, band, asked)
     return Evaluation(curves, missing)
 
 
@@ -110,12 +115,14 @@ def _curve(
     widths: list[int],
     iou: float,
     band: Band | None,
+    asked: Accept,
 ) -> Curve:
     """One curve over all images; in a band, objects and detections beyond it are ignored."""
     scores, hits, objects = [np.empty(0)], [np.empty(0, np.bool_)], 0
     for ours, theirs, width in zip(found, wanted, widths, strict=True):
         score = np.array([1.0 if entry.score is None else entry.score for entry in ours])
-        ignore = np.array([bool(entry.iscrowd) or not _inside(entry, band) for entry in theirs], np.bool_)
+        counted = [not entry.iscrowd and asked(entry) and _inside(entry, band) for entry in theirs]
+        ignore = ~np.array(counted, np.bool_)
         matches = match(_boxes(ours), score, _boxes(theirs), ignore, iou, width)
         counts = ~matches.ignored & (
             (matches.truth >= 0) | np.array([_inside(e, band) for e in ours], np.bool_)

@@ -29,6 +29,7 @@ _TRUTH_KEYS = (
     "iscrowd",
     "score",
     "size",
+    "position",
     "visibility",
     "segmentation",
 )
@@ -83,7 +84,7 @@ def coco_text(coco: CocoFile) -> str:
     """Return a COCO file as JSON.
 
     Numbers are rounded to 6 decimals; what is None is left out; a judged annotation has all that
-    is known of it, one of truth its box, size, mask and visibility.
+    is known of it, one of truth its box, size, place, mask and visibility.
 
     Raises
     ------

@@ -31,14 +31,25 @@ def with_up(scan: Scan, axis: str) -> Scan:
     >>> with_up(scan, "-y").up.round(6).tolist() == [0, -1, 0]
     True
     """
-    name = axis.strip().lower()
-    if name.lstrip("+-") not in _AXES or len(name) > 2:
-        raise ConfigError(f"up must be x, y, z, -x, -y or -z, not {axis!r}")
-    up = np.array(_AXES[name.lstrip("+-")]) * (-1 if name.startswith("-") else 1)
+    up = axis_of(axis)
     from scipy.spatial.transform import Rotation  # 60 ms that few runs need
 
     rotation = Rotation.align_vectors([[0.0, 0.0, 1.0]], [up])[0]
     return _posed(scan, rotation.as_matrix())
+
+
+def axis_of(name: str) -> NDArray[np.float64]:
+    """Return the unit vector (3,) of ``x``, ``y``, ``z`` or one of them with a minus.
+
+    Raises
+    ------
+    ConfigError
+        If it is no axis.
+    """
+    axis = name.strip().lower()
+    if axis.lstrip("+-") not in _AXES or len(axis) > 2:
+        raise ConfigError(f"up must be x, y, z, -x, -y or -z, not {name!r}")
+    return np.array(_AXES[axis.lstrip("+-")]) * (-1 if axis.startswith("-") else 1)
 
 
 def rotated(scan: Scan, roll_deg: float, pitch_deg: float, yaw_deg: float) -> Scan:

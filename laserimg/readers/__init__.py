@@ -72,7 +72,7 @@ def open_scans(path: str | Path) -> Iterator[Scan]:
     --------
     >>> next(open_scans("missing.ptx"))
     Traceback (most recent call last):
-    laserimg.errors.ScanError: missing.ptx: no such file
+    laserimg.errors.ScanError: missing.ptx: no such file or folder
     """
     for file in find_files([path]):
         yield from read_file(file)
@@ -87,7 +87,8 @@ def find_files(paths: Iterable[str | Path]) -> list[Path]:
     Raises
     ------
     ScanError
-        If a glob matches nothing, or a folder holds no file with a known suffix.
+        If there is no such file or folder, a glob matches nothing, or a folder holds no file with a
+        known suffix.
     """
     found: dict[Path, None] = {}
     for path in paths:
@@ -130,6 +131,8 @@ def _files_of(path: Path) -> list[Path]:
         names = sorted(glob(str(path), recursive=True))  # noqa: PTH207
         files = [file for file in map(Path, names) if file.is_file()]
     else:
+        if not path.exists():
+            raise ScanError(f"{path}: no such file or folder")
         return [path]
     if not files:
         raise ScanError(f"{path}: no scan files")

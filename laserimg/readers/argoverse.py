@@ -65,7 +65,8 @@ def _scan(points: FloatArray, intensity: FloatArray, laser: NDArray[np.intp], po
 def holds_sweep(path: Path) -> bool:
     """Tell whether a feather file is a sweep: tables of poses and annotations have the suffix too."""
     try:
-        return b"laser_number" in read_bytes(path, MAX_BYTES)
+        data = read_bytes(path, MAX_BYTES)
+        return not data or b"laser_number" in data
     except LaserImgError:
         return True
 

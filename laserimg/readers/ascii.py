@@ -74,9 +74,13 @@ def read_points(path: Path) -> Iterator[tuple[NDArray[np.float64], NDArray[np.fl
 
 
 def holds_points(path: Path) -> bool:
-    """Tell whether a text file begins like points, for folders that hold other text too."""
+    """Tell whether a text file begins like points or is broken, for folders that hold other text too."""
     try:
-        _layout(read_start(path, _SNIFFED_BYTES), 0)
+        start = read_start(path, _SNIFFED_BYTES)
+    except LaserImgError:
+        return True
+    try:
+        _layout(start, 0)
     except LaserImgError:
         return False
     return True

@@ -39,7 +39,7 @@ def read_npz(path: Path) -> Iterator[Scan]:
         raise ScanError(f"has no key 'range', only {' '.join(sorted(arrays)) or 'nothing'}")
     optional: dict[str, Any] = {key: arrays[key] for key in _OPTIONAL if key in arrays}
     optional |= {key: arrays[key].item() for key in _SINGLE if key in arrays and arrays[key].size == 1}
-    yield Scan(measured(arrays["range"]), _directions(arrays), **optional)
+    yield Scan(measured(arrays["range"]), _directions(arrays), **optional).right_way_round()
 
 
 def holds_range(path: Path) -> bool:

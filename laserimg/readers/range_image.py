@@ -45,7 +45,9 @@ def read_range_image(path: Path) -> Iterator[Scan]:
     data = read_bytes(path)
     about = side_file(path)
     if about is None:
-        raise ScanError(f"needs {stem(path)}.json beside it, a JSON object with kind, scale_m and the rays")
+        beside = path.with_name(f"{stem(path)}.json")
+        fault = "is not a JSON object with" if beside.exists() else "is missing: a JSON object with"
+        raise ScanError(f"{beside.name} beside it {fault} kind, scale_m and the rays")
     image = _decode(data)
     try:
         scan = _scan_of(image, about)
@@ -53,7 +55,8 @@ def read_range_image(path: Path) -> Iterator[Scan]:
             scan = with_colour(scan, path.with_name(_colour_image(about)))
     except (TypeError, ValueError, LaserImgError) as error:
         raise ScanError(f"with {stem(path)}.json: {error}") from error
-    yield scan
+    # After the colours, which are in the order of the file.
+    yield scan.right_way_round()
 
 
 def is_described(path: Path) -> bool:

@@ -1,6 +1,7 @@
 """More positives from those there are: turned, mirrored, lit otherwise, on other grounds."""
 
 from dataclasses import dataclass
+from math import inf
 
 import cv2
 import numpy as np
@@ -49,11 +50,11 @@ class Variation:
     image: str = ""
 
     def __post_init__(self) -> None:
-        if max(map(abs, self.turn_deg)) >= 80:
+        if not max(map(abs, self.turn_deg)) < 80:
             raise ConfigError("turns must be less than 80 degrees")
         if not (0 <= self.shift < 0.5 and 0 <= self.scale < 0.5 and 0 <= self.contrast < 1):
             raise ConfigError("shift and scale must be 0 to 0.5, contrast 0 to 1")
-        if min(self.brightness, self.noise) < 0 or not 0 <= self.dropped < 1:
+        if not (0 <= self.brightness < inf and 0 <= self.noise < inf and 0 <= self.dropped < 1):
             raise ConfigError("brightness and noise must be 0 or more, dropped 0 to 1")
         if self.image:
             lit = bool(self.contrast or self.brightness or self.invert)

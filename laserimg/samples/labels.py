@@ -38,6 +38,8 @@ def read_labels(path: Path, label: str | None = None) -> list[LabelledImage]:
         images = [image for file in files for image in read_xml(file, label)]
         return images or list(read_yolo(path, label))
     readers: dict[str, Reader] = {".json": _coco, ".dat": _info, ".txt": _info, ".xml": read_xml}
+    if not path.exists():
+        raise LabelError(f"{path}: no such file or folder")
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise LabelError(f"{path}: labels of a kind not known; known are {', '.join(readers)}")
@@ -86,7 +88,9 @@ def _coco(path: Path, label: str | None) -> Iterator[LabelledImage]:
         objects, ignored = [], []
         for entry in coco.annotations:
             if entry.image_id == image.id:
-                wanted = not entry.iscrowd and (label is None or names[entry.category_id] == label)
+                # What checks rejected is no object to learn, and may be one all the same: no background.
+                judged = not entry.iscrowd and entry.accepted is not False
+                wanted = judged and (label is None or names[entry.category_id] == label)
                 (objects if wanted else ignored).append(entry.bbox)
         yield LabelledImage(
             path.parent / image.file_name,

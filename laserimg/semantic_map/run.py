@@ -85,10 +85,12 @@ def map_files(
 def write_map(whole: SemanticMap, out: Path, title: str) -> None:
     """Write `map.html`, `map.json`, `map.ply` and `top.png`."""
     cloud = whole.cloud()
-    write_text(out / RECORD, json.dumps(record(whole), indent=1) + "\n")
+    # All is made before any of it is written.
+    facts, view, text = record(whole), top_view(whole, cloud, title), page(whole, cloud, title)
+    write_text(out / RECORD, json.dumps(facts, indent=1) + "\n")
     write_ply(out / PLY, whole, cloud)
-    write_png(out / TOP, top_view(whole, cloud, title))
-    write_text(out / PAGE, page(whole, cloud, title))
+    write_png(out / TOP, view)
+    write_text(out / PAGE, text)
 
 
 @lru_cache(maxsize=1)

@@ -14,6 +14,8 @@ SIDE_PX = 1600
 # What lies farther out than this share of the returns does not set the scale.
 _QUANTILE = 0.002
 _EDGE_PX = 30
+# A map of less, such as of one point, has as much on its longer side.
+_LEAST_M = 1.0
 _MAX_SPOT_PX = 5
 _BARS_M = (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500)
 
@@ -31,7 +33,7 @@ def top_view(whole: SemanticMap, cloud: Cloud, title: str = "") -> Picture:
     colours = palette(whole.labels)
     flat = cloud.points[:, :2].astype(np.float64)
     low, high = np.quantile(flat[:: max(1, len(flat) // 200_000)], [_QUANTILE, 1 - _QUANTILE], axis=0)
-    metres_per_px = float(max(high - low)) / (SIDE_PX - 2 * _EDGE_PX)
+    metres_per_px = max(float(max(high - low)), _LEAST_M) / (SIDE_PX - 2 * _EDGE_PX)
     size = np.ceil((high - low) / metres_per_px).astype(int) + 2 * _EDGE_PX
     place = np.floor((flat - low) / metres_per_px).astype(int) + _EDGE_PX
     colour = _point_colours(whole, cloud, colours)

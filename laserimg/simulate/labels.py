@@ -14,6 +14,7 @@ from laserimg.simulate.measure import Simulated
 from laserimg.simulate.mesh import Mesh
 from laserimg.simulate.scanner import Scanner
 from laserimg.simulate.things import Scene
+from laserimg.truth import position_of
 
 
 def truth_boxes(
@@ -41,7 +42,7 @@ def truth_boxes(
     -------
     list of Annotation
         `area` is the number of pixels, `segmentation` those pixels; `size` that of the whole thing,
-        also of its hidden parts; `visibility` as `pixels_alone` has it.
+        also of its hidden parts; `position` that of its returns; `visibility` as `pixels_alone` has it.
     """
     (height, width), found = seen.scan.shape, []
     owner, pose = np.where(seen.scan.range > 0, seen.thing, -1).ravel(), seen.scan.world_from_scan
@@ -57,6 +58,7 @@ def truth_boxes(
                 bounding_box(pixels, width, seen.scan.wraps),
                 area=float(len(pixels)),
                 size=thing_size(thing.mesh.vertices, seen.scan.world_from_scan[:2, 3]),
+                position=position_of(seen.scan, pixels),
                 visibility=min(1.0, len(pixels) / max(pixels_alone(thing.mesh, scanner, pose), 1)),
                 segmentation=run_lengths((owner == number).reshape(height, width)),
             )

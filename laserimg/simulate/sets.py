@@ -1,7 +1,7 @@
 """Sets of simulated scans with their truth: the scan of a number depends on it and the seed alone."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Protocol
@@ -174,29 +174,22 @@ def _died(number: int) -> int:
     raise LaserImgError(f"the process that made scan {number} was killed; fewer --jobs need less memory")
 
 
-def write_truth(plan: SetPlan, count: int) -> CocoFile:
-    """Write the truth of the whole set beside its scans, and return it."""
+def write_truth(folder: Path) -> CocoFile:
+    """Write the truth of all scans in a folder, of whatever plans, beside them, and return it."""
+    parts = [read_coco(path) for path in sorted((folder / "truth").glob("*.json"))]
+    parts = [one for one in parts if (folder / one.images[0].file_name).exists()]
+    names = [*LABELS, *(category.name for one in parts for category in one.categories)]
+    numbers = {label: number for number, label in enumerate(dict.fromkeys(names), 1)}
     images: list[CocoImage] = []
     boxes: list[Annotation] = []
-    for number in range(count):
-        one = read_coco(plan.truth(number))
-        (image,) = one.images
-        images.append(CocoImage(number + 1, image.file_name, image.width, image.height))
-        boxes += [
-            Annotation(
-                len(boxes) + place,
-                number + 1,
-                box.category_id,
-                box.bbox,
-                area=box.area,
-                size=box.size,
-                visibility=box.visibility,
-                segmentation=box.segmentation,
-            )
-            for place, box in enumerate(one.annotations, 1)
-        ]
-    coco = CocoFile(tuple(images), _categories(plan), tuple(boxes), source=str(plan.out / TRUTH))
-    write_coco(plan.out / TRUTH, coco)
+    for number, one in enumerate(parts, 1):
+        images.append(replace(one.images[0], id=number))
+        for box in one.annotations:
+            category = numbers[one.labels[box.category_id]]
+            boxes.append(replace(box, id=len(boxes) + 1, image_id=number, category_id=category))
+    categories = tuple(Category(number, label) for label, number in numbers.items())
+    coco = CocoFile(tuple(images), categories, tuple(boxes), source=str(folder / TRUTH))
+    write_coco(folder / TRUTH, coco)
     return coco
 
 

@@ -340,3 +340,12 @@ def test_help_names_every_rule_and_shows_examples_first(laserimg):
     for name in (*QUANTITIES, *SHARES, "from", "agree", "on_fail"):
         assert f"\n    {name} " in text
     assert text.index("laserimg rules set wastebasket.height 0.2:0.6") < text.index("Rules of a class")
+
+
+def test_notes_name_what_is_hardly_meant(laserimg):
+    """A class that no detector finds, and limits in millimetres; not what ships with detectors."""
+    laserimg("set", "wastebasket.height", "0.2:0.5", "crate.width", "0.2:0.5")
+    _, out, _ = laserimg("validate", "rules.toml")
+    assert out.count("note:") == 1 and "note: 'crate' needs a detector" in out
+    _, out, _ = laserimg("set", "wastebasket.height", "200:600")
+    assert "note: wastebasket.height: 200.00 m to 600.00 m; limits are in metres" in out

@@ -1,6 +1,6 @@
 """``laserimg rules``: show and edit the limits in metres."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,8 @@ import typer
 from laserimg.rules.model import QUANTITIES, SHARES, SOURCES, ClassRules, Rules
 
 DEFAULT_FILE = Path("rules.toml")
+# Nothing that is looked for is as large: the limit was meant in centimetres or millimetres.
+_FAR_M = 100.0
 MEANINGS = {
     "region_inside": "share, continuity check",
     "region_fills": "share, continuity check",
@@ -154,7 +156,7 @@ def validate(
             continue
         if not quiet:
             print(f"{file}: valid, {', '.join(rules.labels) or 'no classes'}")
-            print("".join(f"{_needs_detector(one.label)}\n" for one in rules if _lacks_detector(one)), end="")
+            print("".join(f"{note}\n" for one in rules for note in _notes(one)), end="")
     if failed:
         raise typer.Exit(1)
 
@@ -186,25 +188,25 @@ def _print_changes(old: Rules, new: Rules) -> None:
         changed = [name for name in {**before, **now} if before.get(name) != now.get(name)]
         for name in changed:
             print(f"{one.label}.{name}: {now.get(name, 'no limit')}")
-        if changed and _lacks_detector(one):
-            print(_needs_detector(one.label))
+        for note in _notes(one) if changed else ():
+            print(note)
     for label in old.labels:
         if label not in new:
             print(f"{label}: no rules")
 
 
-def _lacks_detector(rules: ClassRules) -> bool:
-    """Whether a class takes candidates from detectors alone, and none that ships finds it."""
+def _notes(rules: ClassRules) -> Iterator[str]:
+    """Yield what is allowed and yet hardly meant."""
     from laserimg.rules.file import load_rules
 
-    return rules.needs_detector and rules.label not in load_rules()
-
-
-def _needs_detector(label: str) -> str:
-    return (
-        f"note: '{label}' needs a detector trained for it; "
-        f"to try every region: laserimg rules set {label}.from regions"
-    )
+    if rules.needs_detector and rules.label not in load_rules():
+        yield (
+            f"note: '{rules.label}' needs a detector trained for it; "
+            f"to try every region: laserimg rules set {rules.label}.from regions"
+        )
+    for name, limit in rules.limits.items():
+        if name != "points" and max(limit.low or 0, limit.high or 0) > _FAR_M:
+            yield f"note: {rules.label}.{name}: {limit.format(name)}; limits are in metres"
 
 
 def _rows(rules: ClassRules) -> dict[str, str]:

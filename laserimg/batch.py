@@ -123,7 +123,6 @@ def run(
         If rules, detectors or candidates are wrong; a file that cannot be read is not an error.
     """
     Build(settings, len(tasks) == 1).pipeline()  # wrong rules end the run before it begins
-    make_folder(out)
     waiting = []
     for task in tasks:
         scans = 0 if force else finished_scans(task, out, settings.overlays)
@@ -131,11 +130,13 @@ def run(
             yield Done(task.name, scans, resumed=True)
         else:
             waiting.append(task)
+    if waiting:
+        make_folder(out)  # before hours of work, not after
     work = partial(_process, settings=settings, out=out, only_scan=len(tasks) == 1)
     yield from unordered(work, waiting, min(jobs, max(len(waiting), 1)), _died)
 
 
-def finished_scans(task: Task, out: Path, overlays: bool = False) -> int:
+def finished_scans(task: Task, out: Path, overlays: bool) -> int:
     """Return the number of scans of a file whose results still hold; 0 if it must be done.
 
     Results that are gone or damaged are made anew, pictures too if they are asked for.

@@ -7,11 +7,13 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
 
 import laserimg as package
 from command import laserimg
+from laserimg.classify import ObjectModel, Recipe, save_model
 from laserimg.cli.app import app
 
 SCANS = Path(package.__file__).parent / "demo"
@@ -219,3 +221,40 @@ def test_what_cannot_be_leaves_earlier_results_as_they_are(tmp_path):
         done = laserimg("detect", *wrong, "-o", tmp_path / "out")
         assert done.code != 0 and message in " ".join(done.err.split())
         assert (tmp_path / "out" / "detections.json").read_bytes() == before
+        assert laserimg("detect", *wrong, "-o", tmp_path / "new").code == done.code
+        assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("train", "cascade", "--image", "foo"), "known: range, reflectance"),
+        (("train", "cascade", "--target", "nan"), "target must be at least 0"),
+        (("train", "cascade", "--target", "-1"), "target must be at least 0"),
+    ],
+)
+def test_wrong_options_of_a_training_end_it_before_it_begins(words, message, tmp_path):
+    (tmp_path / "crops").mkdir()
+    done = laserimg(*words, "--positives", "crops", "--negatives", "crops", "-o", "out", folder=tmp_path)
+    assert done.code == 2 and message in " ".join(done.err.replace("│", " ").split())
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_without_objects_says_so(tmp_path):
+    (tmp_path / "empty").mkdir()
+    recipe = Recipe("honv")
+    zeros = np.zeros((2, recipe.length), np.float32)
+    save_model(tmp_path / "m.npz", ObjectModel(("a", "b"), zeros, zeros[:, 0], recipe))
+    done = laserimg("classify", "predict", tmp_path / "m.npz", tmp_path / "empty")
+    assert (done.code, done.out) == (1, "") and "empty: no objects" in done.err
+
+
+def test_broken_files_in_a_folder_are_named(tmp_path):
+    """Those that are read before it is known whether they are scans too."""
+    shutil.copy(SCANS / "office.npz", tmp_path)
+    (tmp_path / "cut.dat.bz2").write_bytes(b"BZh9")
+    (tmp_path / "empty.feather").write_bytes(b"")
+    (tmp_path / "notes.txt").write_text("Not a scan.")
+    done = laserimg("info", tmp_path)
+    assert done.code == 1 and "office.npz" in done.out
+    assert [name in done.err for name in ("cut.dat.bz2", "empty.feather", "notes.txt")] == [True, True, False]

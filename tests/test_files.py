@@ -30,3 +30,11 @@ def test_what_a_killed_writer_left_is_hidden_and_can_be_removed(tmp_path):
     remove_unfinished(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == [".settings", "a.xml"]
     remove_unfinished(tmp_path / "missing")
+
+
+def test_errors_name_the_file_that_was_asked_for(tmp_path):
+    (tmp_path / "folder.xml").mkdir()
+    with pytest.raises(OSError) as raised, atomic_write(tmp_path / "folder.xml") as temporary:
+        temporary.write_text("whole")
+    assert raised.value.filename == str(tmp_path / "folder.xml")
+    assert [path.name for path in tmp_path.iterdir()] == ["folder.xml"]

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -363,3 +364,15 @@ def posts(x: float) -> Scan:
     pose = np.eye(4)
     pose[0, 3] = x
     return Scan.from_range_image(range_m, azimuth, elevation, wraps=True, world_from_scan=pose)
+
+
+def test_a_map_of_one_place_is_whole_and_scans_without_poses_are_warned_of(tmp_path):
+    (tmp_path / "one.xyz").write_text("2 0.5 0.1\n" * 5)
+    alone = laserimg("map", tmp_path / "one.xyz", "-o", tmp_path / "one", "--quiet")
+    assert alone.code == 0 and alone.err == ""
+    names = {path.name for path in (tmp_path / "one").iterdir()}
+    assert names == {"map.html", "map.json", "map.ply", "top.png", "panoramas"}
+    for name in ("a", "b"):
+        shutil.copy(STREET, tmp_path / f"{name}.npz")
+    both = laserimg("map", tmp_path / "a.npz", tmp_path / "b.npz", "-o", tmp_path / "m")
+    assert both.code == 0 and "all scans have the same pose" in both.err

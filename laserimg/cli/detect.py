@@ -53,9 +53,9 @@ def detect(
       laserimg detect office.pcd -o out --candidates boxes.coco.json --label wastebasket
     """
     from laserimg.cli.progress import track
+    from laserimg.cli.scan_files import scan_files
     from laserimg.cli.tables import print_findings
     from laserimg.cli.usage import settings_of
-    from laserimg.errors import LaserImgError
     from laserimg.workers import start_early
 
     if jobs > 1:
@@ -78,18 +78,10 @@ def detect(
         split_seam=split_seam,
     )
     from laserimg import batch
-    from laserimg.readers import find_files
 
-    files, missing = [], []
-    for path in paths:
-        try:
-            files += [file for file in find_files([path]) if out.absolute() not in file.absolute().parents]
-        except LaserImgError as error:
-            missing.append(str(error))
-    tasks = batch.tasks_of(list(dict.fromkeys(files)), settings) if files else []
-    done = []
-    for entry in track(batch.run(tasks, settings, out, jobs, force), len(tasks), "detecting", quiet):
-        done.append(entry)
+    files, missing = scan_files(paths, out)
+    tasks = batch.tasks_of(files, settings) if files else []
+    done = list(track(batch.run(tasks, settings, out, jobs, force), len(tasks), "detecting", quiet))
     coco = batch.assemble(tasks, done, settings, out) if tasks else None
     if coco and as_json:
         typer.echo((out / "detections.json").read_text(encoding="utf-8"), nl=False)

@@ -41,9 +41,9 @@ def images(
       normals.r       one plane of normals, normals_abs or normals_view: .r .g .b
     """
     from laserimg.cli.progress import track
+    from laserimg.cli.scan_files import scan_files
     from laserimg.errors import ConfigError, LaserImgError
     from laserimg.images import check_image_name
-    from laserimg.readers import find_files
 
     names = kinds.split(",") if kinds else None
     try:
@@ -51,13 +51,7 @@ def images(
             check_image_name(name)
     except ConfigError as error:
         raise typer.BadParameter(str(error), param_hint="--kinds") from None
-    files: dict[Path, None] = {}
-    errors, written = [], 0
-    for path in paths:
-        try:
-            files.update(dict.fromkeys(find_files([path])))
-        except LaserImgError as error:
-            errors.append(str(error))
+    (files, errors), written = scan_files(paths), 0
     # Two files may have the same name: what lies in folders stays in folders.
     top = os.path.commonpath([file.absolute().parent for file in files]) if files else ""
     if colour is not None and len(files) > 1:

@@ -35,16 +35,11 @@ def info(
     import json
 
     from laserimg.cli.progress import track
+    from laserimg.cli.scan_files import scan_files
     from laserimg.errors import LaserImgError
-    from laserimg.readers import find_files, read_file
+    from laserimg.readers import read_file
 
-    files: dict[Path, None] = {}
-    facts, errors = [], []
-    for path in paths:
-        try:
-            files.update(dict.fromkeys(find_files([path])))
-        except LaserImgError as error:
-            errors.append(str(error))
+    (files, errors), facts = scan_files(paths), []
     for file in track(files, len(files), "scans", quiet):
         try:
             facts += [_facts(scan, file) for scan in read_file(file)]

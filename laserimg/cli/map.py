@@ -45,20 +45,13 @@ def map_(
       map.json        every cluster: class, confidence, size, position, and why
     """
     from laserimg.cli.progress import track
-    from laserimg.errors import LaserImgError
-    from laserimg.readers import find_files
+    from laserimg.cli.scan_files import scan_files
     from laserimg.semantic_map.fusing import fused
     from laserimg.semantic_map.maps import SemanticMap
     from laserimg.semantic_map.models import MapModels
     from laserimg.semantic_map.run import PAGE, RECORD, MapOptions, map_files, write_map
 
-    files, errors = [], []
-    for path in paths:
-        try:
-            files += [file for file in find_files([path]) if out.absolute() not in file.absolute().parents]
-        except LaserImgError as error:
-            errors.append(str(error))
-    files = list(dict.fromkeys(files))
+    files, errors = scan_files(paths, out)
     options = MapOptions(model, margin, min_range, _axis(up))
     found = {}
     for done in track(map_files(_named(files), options, out, jobs), len(files), "mapping", quiet):
@@ -82,8 +75,14 @@ def map_(
 
 
 def _axis(up: str | None) -> str | None:
-    if up is not None and up.lower().lstrip("+-") not in ("x", "y", "z"):
-        raise typer.BadParameter("must be x, y, z, -x, -y or -z", param_hint="--up")
+    from laserimg.errors import ConfigError
+    from laserimg.geometry.mounting import axis_of
+
+    try:
+        if up is not None:
+            axis_of(up)
+    except ConfigError as error:
+        raise typer.BadParameter(str(error), param_hint="--up") from None
     return up
 
 

@@ -17,8 +17,9 @@ _MIN_PIXELS = 20
 _TRIALS = 300
 _SAMPLE = 1000
 _ATTEMPTS = 12
-# Returns that see a plane at a lower angle than this (sine) say little about it.
+# Rays that coincide count as this far apart.
 _MIN_PITCH_RAD = 1e-5
+# Returns that see a plane at a lower angle than this (sine) say little about it.
 _MIN_GRAZE = 0.15
 # Triples are drawn from a window of this size, so that most of them lie on one surface.
 _WINDOW_RAD = 0.3
@@ -58,7 +59,6 @@ def large_planes(points: Float32Array, takes_part: BoolArray, pitch: tuple[float
     pixels = np.flatnonzero(takes_part)
     if len(pixels) < 3:
         return []
-    # Rays that coincide are no reason to fail.
     pitch = max(pitch[0], _MIN_PITCH_RAD), max(pitch[1], _MIN_PITCH_RAD)
     random = np.random.default_rng(0)
     normals, offsets = _drawn(points, takes_part, pixels, pitch, random)

@@ -122,7 +122,7 @@ def pipeline_of(models: tuple[Path, ...], rules: Sent, gates: bool) -> Pipeline:
 
 
 @lru_cache(maxsize=4)
-def _pipeline(models: tuple[Path, ...], changed_ns: tuple[int, ...], rules: Sent, gates: bool) -> Pipeline:
+def _pipeline(models: tuple[Path, ...], _changed_ns: tuple[int, ...], rules: Sent, gates: bool) -> Pipeline:
     label, sources, limits, inside, fills, agree, on_fail = rules
     asked = ClassRules(
         label, sources, dict(limits), inside, fills, 0.0, agree, on_fail="reject" if gates else on_fail

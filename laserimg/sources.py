@@ -1,6 +1,7 @@
 """Which detectors serve the classes of some rules."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from laserimg.detectors.agreement import Agreement
 from laserimg.detectors.candidate import Detector
@@ -24,7 +25,8 @@ def detectors_for(
 ) -> tuple[Detector, ...]:
     """Return the detectors that propose candidates for the classes of the rules.
 
-    The second stage of a class scores what its cascades, and regions if it was trained on them, propose.
+    The second stage of a class scores what its cascades, and regions if it was trained on them, propose;
+    with an override that does not name regions, what its cascades propose alone.
 
     Parameters
     ----------
@@ -53,8 +55,9 @@ def detectors_for(
         if not isinstance(model, SecondStage)
         and ("hog" if model.card.kind == "hog" else "cascade") in wanted.get(model.card.label, set())
     ]
+    with_regions = not override or not _REGIONS.isdisjoint(override)
     stages = tuple(
-        model
+        replace(model, regions=model.regions and with_regions)
         for model in models
         if isinstance(model, SecondStage) and wanted.get(model.card.label, set()) - _REGIONS
     )

@@ -1,13 +1,17 @@
 """`laserimg classify`: train, evaluate, predict; what is wrong in one line."""
 
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 
 from command import laserimg
+from laserimg.classify.recipe import Recipe
+from laserimg.classify.sources import described, labelled_sources
 from laserimg.formats.npz import write_npz
+from laserimg.formats.ptx import write_ptx
 from test_classify import objects, room
 
 ONE_BALL = "laserimg: class ball has only 1 object; at least 2 are needed"
@@ -135,3 +139,31 @@ def test_boxes_in_scans(tmp_path):
     assert "4 objects" in done.out
     done = laserimg("classify", "evaluate", tmp_path / "m.npz", tmp_path / "truth.json", "--json")
     assert json.loads(done.out)["total"]["accuracy"] == 1
+
+
+def test_boxes_in_the_scans_of_one_file_in_any_order(tmp_path):
+    """Boxes of scans of a file of several give what they give in files of one scan each."""
+    scans = [room(), replace(room(), range=room().range * np.float32(1.5))]
+    write_ptx(scans, tmp_path / "both.ptx")
+    for number, scan in enumerate(scans):
+        write_ptx([scan], tmp_path / f"{number}.ptx")
+    boxes = [(1, 340), (0, 340), (1, 690), (1, 340), (0, 690)]
+
+    def coco(name, of):
+        images = [{"id": n, "width": 719, "height": 100, **of(n)} for n in (0, 1)]
+        entries = [
+            {"id": n, "image_id": scan, "category_id": 1, "bbox": [x, 20, 60, 60]}
+            for n, (scan, x) in enumerate(boxes)
+        ]
+        labels = {"images": images, "categories": [{"id": 1, "name": "box"}], "annotations": entries}
+        (tmp_path / name).write_text(json.dumps(labels))
+        return described(labelled_sources(tmp_path / name), Recipe("honv", size=True))
+
+    together = coco("both.json", lambda n: {"file_name": "both.ptx", "scan": n})
+    apart = coco("apart.json", lambda n: {"file_name": f"{n}.ptx"})
+    assert together.errors == apart.errors == []
+    np.testing.assert_array_equal(together.vectors, apart.vectors)
+    assert not np.allclose(together.vectors[0], together.vectors[1], atol=0.1)
+    none = coco("none.json", lambda n: {"file_name": "both.ptx", "scan": 2 * n})
+    assert [error.endswith("has no scan 2") for error in none.errors] == [True] * 3
+    np.testing.assert_array_equal(none.vectors, together.vectors[[1, 4]])

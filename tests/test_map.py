@@ -278,6 +278,15 @@ def test_one_bad_file_does_not_stop_the_rest(tmp_path):
     assert alone.code == 1 and not (tmp_path / "none").exists()
 
 
+def test_a_map_among_its_scans_is_no_scan_of_the_next_run(tmp_path):
+    shutil.copy(STREET, tmp_path / "street.npz")
+    for _ in range(2):
+        done = laserimg("map", tmp_path, "-o", tmp_path)
+        assert (done.code, done.err) == (0, "")
+        assert [Path(scan["file"]).name for scan in told(tmp_path)["scans"]] == ["street.npz"]
+    assert laserimg("map", tmp_path / "map.ply", "-o", tmp_path / "points").code == 0
+
+
 def test_a_least_range_above_all_returns_is_one_line(tmp_path):
     done = laserimg("map", STREET, "-o", tmp_path / "m", "--min-range", "500")
     why = "no return between 500 and inf m"

@@ -295,6 +295,12 @@ def test_the_command_makes_a_vec_a_sheet_and_a_folder(tmp_path):
     assert (back == read_vec(tmp_path / "a.vec")).all()
 
 
+def test_an_image_that_cannot_hold_samples_is_no_folder(tmp_path):
+    scene(tmp_path / "crops" / "a.png", 0, (30, 30))
+    done = run(tmp_path / "crops", "-o", tmp_path / "sheet.jpg")
+    assert done.exit_code == 1 and not (tmp_path / "sheet.jpg").exists()
+
+
 @pytest.mark.parametrize("wrong", [["--window", "20"], ["--turn", "5"], ["--scale", "2"]])
 def test_wrong_options_are_usage_errors(tmp_path, wrong):
     scene(tmp_path / "crops" / "a.png")

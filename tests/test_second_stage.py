@@ -399,6 +399,16 @@ def test_the_score_rule_rejects_what_the_second_stage_doubts():
     assert doubted[0].reason.startswith("score 0.") and "<= 0.50" in doubted[0].reason.replace("< 0", "<= 0")
 
 
+def test_an_override_without_regions_proposes_none_to_the_second_stage():
+    rules = parse_rules('format = 1\n[bin]\nfrom = ["cascade"]\n')
+    evidence, models = evidence_of(TWO_BOXES), [trained_on(evidence_of(TWO_BOXES), 0)]
+    found = {
+        override: len(Pipeline(rules, detectors_for(rules, models, override)).judge(evidence))
+        for override in ((), ("cascade",), ("cascade", "regions"))
+    }
+    assert found == {(): 1, ("cascade",): 0, ("cascade", "regions"): 1}
+
+
 def test_without_the_second_stage_regions_are_proposed_as_they_are():
     rules = parse_rules('format = 1\n[bin]\nfrom = ["cascade", "regions"]\nscore = 0.99\n')
     evidence = evidence_of(TWO_BOXES)

@@ -1,6 +1,6 @@
 """Where objects come from: folders of object clouds or crops, one folder a class, or boxes in scans."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -15,7 +15,7 @@ from laserimg.classify.recipe import Recipe, describe_cloud
 from laserimg.classify.source import Source, source_of_pixels
 from laserimg.errors import LabelError, LaserImgError, ScanError
 from laserimg.evidence import Window
-from laserimg.files import changed_ns, is_hidden, read_bytes, without_compression
+from laserimg.files import is_hidden, read_bytes, without_compression
 from laserimg.formats.coco import Annotation
 from laserimg.formats.coco_file import read_coco
 from laserimg.ground import ground_of_scan
@@ -172,7 +172,7 @@ def _file(path: Path, label: str, scale: float) -> Source:
         cloud = read_cloud(path, scale)
         if cloud is not None:
             return describe_cloud(cloud, recipe)
-        scan = _without_path(path, 0)
+        scan = _ScansInOrder()(path, 0)
         return _describe_crop(scan, scan.valid, recipe)
 
     return Source(str(path), label, describe)
@@ -181,19 +181,20 @@ def _file(path: Path, label: str, scale: float) -> Source:
 def _boxes(path: Path) -> list[Source]:
     coco = read_coco(path)
     files = {image.id: image for image in coco.images}
+    scans = _ScansInOrder()
     found = []
     for entry in coco.annotations:
         if entry.accepted is False or entry.iscrowd:
             continue
         image = files[entry.image_id]
         label = coco.labels[entry.category_id]
-        found.append(_box(path.parent / image.file_name, image.scan, entry, label))
+        found.append(_box(scans, path.parent / image.file_name, image.scan, entry, label))
     return found
 
 
-def _box(file: Path, index: int, entry: Annotation, label: str) -> Source:
+def _box(scans: "_ScansInOrder", file: Path, index: int, entry: Annotation, label: str) -> Source:
     def describe(recipe: Recipe) -> Float32Array:
-        scan = _without_path(file, index)
+        scan = scans(file, index)
         return _describe_crop(scan, object_in_box(scan, entry.bbox), recipe)
 
     return Source(f"{file} [{index}] box {entry.id}", label, describe)
@@ -203,21 +204,31 @@ def _describe_crop(scan: Scan, mask: BoolArray, recipe: Recipe) -> Float32Array:
     return source_of_pixels("", "", scan, mask).describe(recipe)
 
 
-def _without_path(path: Path, index: int) -> Scan:
-    """Read a scan; the error says what is wrong, the caller where."""
-    try:
-        return _scan(path, index, changed_ns(path))
-    except ScanError as error:
-        raise ScanError(str(error).removeprefix(f"{path}: ")) from error
+class _ScansInOrder:
+    """Scans of files; those that are asked for in the order of their file are read once."""
 
+    def __init__(self) -> None:
+        self._file: Path | None = None
+        self._coming: Iterator[Scan] = iter(())
+        self._last: Scan | None = None
 
-@lru_cache(maxsize=1)
-def _scan(path: Path, index: int, _changed_ns: int) -> Scan:
-    for file in find_files([path]):
-        for scan in read_file(file):
-            if scan.index == index:
-                return replace(scan, source=str(path))
-    raise ScanError(f"has no scan {index}")
+    def __call__(self, path: Path, index: int) -> Scan:
+        """Return a scan of a file; the error says what is wrong, the caller where."""
+        if path == self._file and self._last is not None and self._last.index == index:
+            return self._last
+        if path != self._file or self._last is None or self._last.index > index:
+            self._file, self._last = path, None
+            self._coming = (scan for file in find_files([path]) for scan in read_file(file))
+        try:
+            for scan in self._coming:
+                if scan.index == index:
+                    self._last = replace(scan, source=str(path))
+                    return self._last
+        except ScanError as error:
+            self._last = None
+            raise ScanError(str(error).removeprefix(f"{path}: ")) from error
+        self._last = None
+        raise ScanError(f"has no scan {index}")
 
 
 @lru_cache(maxsize=1)

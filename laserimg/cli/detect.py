@@ -97,5 +97,10 @@ def detect(
 def _summary(done: list, coco) -> str:
     kept = sum(entry.resumed for entry in done)
     accepted = sum(bool(entry.accepted) for entry in coco.annotations)
-    text = f"{len(coco.images)} scans, {accepted} detections, {len(coco.annotations) - accepted} rejected"
-    return text + (f" ({kept} files kept from an earlier run)" if kept else "")
+    counts = _counted(len(coco.images), "scan"), _counted(accepted, "detection")
+    text = f"{', '.join(counts)}, {len(coco.annotations) - accepted} rejected"
+    return text + (f" ({_counted(kept, 'file')} kept from an earlier run)" if kept else "")
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"

@@ -3,6 +3,9 @@
 from collections.abc import Iterable
 from pathlib import Path
 
+# The points that `laserimg map` writes; importing their name from there takes half a second.
+_MAP = "map.ply"
+
 
 def scan_files(paths: Iterable[Path], out: Path | None = None) -> tuple[list[Path], list[str]]:
     """Return the scan files that arguments name, each once, and a line for each argument that names none.
@@ -11,7 +14,8 @@ def scan_files(paths: Iterable[Path], out: Path | None = None) -> tuple[list[Pat
     ----------
     paths : iterable of Path
     out : Path, optional
-        The folder of the results: what an earlier run wrote there is no scan to read.
+        The folder of the results. What an earlier run wrote there is no scan to read: what lies below it, if
+        it is below a folder that is named, and a map.
     """
     from laserimg.errors import LaserImgError
     from laserimg.readers import find_files
@@ -24,9 +28,12 @@ def scan_files(paths: Iterable[Path], out: Path | None = None) -> tuple[list[Pat
         except LaserImgError as error:
             errors.append(str(error))
             continue
-        files.update({file: None for file in found if out is None or not _is_in(file, out)})
+        files.update({file: None for file in found if out is None or not _is_result(file, path, out)})
     return list(files), errors
 
 
-def _is_in(file: Path, folder: Path) -> bool:
-    return folder.absolute() in file.absolute().parents
+def _is_result(file: Path, named: Path, out: Path) -> bool:
+    file, named, out = file.absolute(), named.absolute(), out.absolute()
+    if file == named:
+        return False
+    return file == out / _MAP or (out in file.parents and out not in (named, *named.parents))

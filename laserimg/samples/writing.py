@@ -6,16 +6,26 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.errors import LabelError
+from laserimg.errors import ConfigError, LabelError
 from laserimg.files import atomic_write
 from laserimg.samples.images import read_grey
 from laserimg.samples.negatives import read_negatives
 from laserimg.samples.sheet import contact_sheet
 from laserimg.samples.vec import write_vec
 
+_OTHER_IMAGES = {".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp"}
+
 
 def write_samples(path: Path, samples: NDArray[np.uint8]) -> None:
-    """Write (n, height, width) samples: ``.vec``, one ``.png`` of all, or a folder with a PNG each."""
+    """Write (n, height, width) samples: ``.vec``, one ``.png`` of all, or a folder with a PNG each.
+
+    Raises
+    ------
+    ConfigError
+        If the name is that of an image of another format.
+    """
+    if path.suffix.lower() in _OTHER_IMAGES:
+        raise ConfigError(f"{path}: samples are written as a .vec, a .png of all, or a folder of PNG")
     if path.suffix.lower() == ".vec":
         write_vec(path, samples)
     elif path.suffix.lower() == ".png":

@@ -12,7 +12,7 @@ from laserimg.simulate.materials import Material
 from laserimg.simulate.measure import simulated, staged
 from laserimg.simulate.mesh import box, pose_at
 from laserimg.simulate.scanner import SCANNERS
-from laserimg.simulate.sets import MARK, SetPlan, known
+from laserimg.simulate.sets import MARK, SetPlan, known, make_scans
 from laserimg.simulate.things import Scene, Thing
 
 pytest.importorskip("embreex")
@@ -106,6 +106,21 @@ def test_a_set_depends_on_seed_and_number_alone_and_grows(tmp_path):
         assert mask.sum() == found.area and 0 < found.visibility <= 1
         rows = np.flatnonzero(mask.any(axis=1))
         assert (found.bbox[1], found.bbox[3]) == (rows[0], rows[-1] + 1 - rows[0])
+
+
+def test_every_set_has_scenes_of_its_own_that_repeat(tmp_path):
+    """Two scanners of one grid, and an extra without a class: only the scenes can differ."""
+    sets = [("lms200_tilt", ()), ("lms200_swing", ()), ("lms200_tilt", (known("desk"),)), ("lms200_tilt", ())]
+    plans = [SetPlan("street", scanner, 3, tmp_path / f"{k}", more) for k, (scanner, more) in enumerate(sets)]
+    for plan in plans:
+        assert list(make_scans(plan, 1)) == [0]
+    first, swing, desks, _ = (
+        {(box.category_id, box.size.width, box.size.height) for box in read_coco(plan.truth(0)).annotations}
+        for plan in plans
+    )
+    assert len(first) > 5 and len(first & swing) < 2 and len(first & desks) < 2
+    assert (plans[0].out / plans[0].name(0)).read_bytes() == (plans[3].out / plans[3].name(0)).read_bytes()
+    assert plans[0].truth(0).read_bytes() == plans[3].truth(0).read_bytes()
 
 
 def test_a_set_of_another_version_is_refused_and_not_mixed(tmp_path):

@@ -30,7 +30,7 @@ def simulate(
 ) -> None:
     """Make scans of random scenes, with the boxes and sizes of what is in them.
 
-    A scan depends on scene, scanner, seed and its number alone. What is there already is kept: a larger
+    A scan depends on scene, scanner, mesh, seed and its number alone. What is there already is kept: a larger
     --count, another seed, scene or scanner adds to a folder of the same version of laserimg. --mesh puts an
     object of your own 1-4 times into every scene, scaled to --height; auto takes y as up in GLB files, z in
     others. Needs pip install "laserimg[simulate]".

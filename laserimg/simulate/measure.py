@@ -71,7 +71,11 @@ def staged(scene: Scene) -> Stage:
 
 
 def simulated(
-    scene: Scene, scanner_index: int, scanner: Scanner, seed: int, stage: Stage | None = None
+    scene: Scene,
+    scanner_index: int,
+    scanner: Scanner,
+    seed: int | np.random.SeedSequence,
+    stage: Stage | None = None,
 ) -> Simulated:
     """Return a scan from one of the scene's places.
 
@@ -84,7 +88,8 @@ def simulated(
     scanner_index : int
         Of the scene's places.
     scanner : Scanner
-    seed : int
+    seed : int or SeedSequence
+        Of the noise.
     stage : Stage, optional
         Of the scene, by `staged`, when it is scanned several times.
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Protocol
+from zlib import crc32
 
 import numpy as np
 
@@ -118,6 +119,11 @@ class SetPlan:
         tag = "".join(f"-{extra.tag}" for extra in self.extras)
         return f"{self.scene}-{self.scanner}-{self.seed}{tag}-{number:05d}.npz"
 
+    def entropy(self, number: int) -> tuple[int, ...]:
+        """Return what the scene of a scan is drawn from: no two plans share their streets and rooms."""
+        things = [f"{extra.tag}:{extra.label}" for extra in self.extras]
+        return self.seed, number, crc32("/".join([self.scene, self.scanner, *things]).encode())
+
     def truth(self, number: int) -> Path:
         """Return where the truth of one scan is kept until the set is whole."""
         return self.out / "truth" / f"{self.name(number)}.json"
@@ -159,9 +165,9 @@ def _mark(folder: Path) -> None:
 
 
 def _make_scan(plan: SetPlan, number: int) -> int:
-    scene = SCENES[plan.scene](np.random.default_rng([plan.seed, number]), plan.extras)
-    scanner = SCANNERS[plan.scanner]
-    seen = simulated(scene, 0, scanner, seed=plan.seed * 1_000_003 + number)
+    scenes, noise = np.random.SeedSequence(plan.entropy(number)).spawn(2)
+    scene, scanner = SCENES[plan.scene](np.random.default_rng(scenes), plan.extras), SCANNERS[plan.scanner]
+    seen = simulated(scene, 0, scanner, noise)
     height, width = seen.scan.shape
     boxes = truth_boxes(scene, seen, scanner, plan.categories, image_id=1, first_id=1)
     image = CocoImage(1, plan.name(number), width, height)

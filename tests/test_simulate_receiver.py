@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from laserimg.simulate.footprint import AROUND, Beam, near_edges, rays_around
+from laserimg.projection import directions_from_angles
+from laserimg.simulate.footprint import AROUND, Beam, near_edges, rays_around, within_reach
 from laserimg.simulate.receiver import MIN_SHARE, Receiver, received
 from laserimg.simulate.scanner import SCANNERS
 
@@ -64,19 +65,58 @@ def test_a_plane_however_steep_has_no_edges(yaw, pitch, distance, name):
     along = directions @ normal
     range_m = np.where(along > 0.02, distance * (middle @ normal) / np.maximum(along, 1e-3), np.inf)
     visible = (range_m < 40).all()
-    assert not visible or not near_edges(range_m.astype(np.float32), 0.015, (0, 0), False).any()
+    assert not visible or not near_edges(range_m.astype(np.float32), 0.015, False).any()
 
 
 def test_a_jump_is_found_on_both_sides_and_across_the_seam():
     range_m = np.full((8, 12), 3.0, np.float32)
     range_m[:, 5:8] = 2.9
     expected = np.isin(np.arange(12), (4, 5, 7, 8))
-    assert (near_edges(range_m, 0.03, (0, 0), False) == expected).all()
-    assert not near_edges(range_m, 0.3, (0, 0), False).any()
-    assert (near_edges(range_m, 0.03, (0, 1), False) == np.isin(np.arange(12), range(3, 10))).all()
+    assert (near_edges(range_m, 0.03, False) == expected).all()
+    assert not near_edges(range_m, 0.3, False).any()
     range_m[:, -1] = np.inf
-    assert near_edges(range_m, 0.03, (0, 0), True)[:, [0, 10, 11]].all()
-    assert not near_edges(range_m, 0.03, (0, 0), False)[:, 0].any()
+    assert near_edges(range_m, 0.03, True)[:, [0, 10, 11]].all()
+    assert not near_edges(range_m, 0.03, False)[:, 0].any()
+
+
+def test_beams_reach_as_far_as_they_are_wide_at_the_range_and_the_height_they_look():
+    """Columns 1 degree apart at the horizon, half at 60 degrees; outer rays at 0.756 of the radius."""
+    elevation = np.radians([60.0, 0.0])
+    grid = directions_from_angles(np.radians(180 - np.arange(360)), elevation)
+    edges, range_m = np.zeros((2, 360), bool), np.full((2, 360), 100.0, np.float32)
+    edges[:, 100], edges[:, 0] = True, True
+    for wide_deg, near, reach in ((3.0, 100.0, (2, 1)), (0.0, 0.5, (5, 2)), (0.0, 50.0, (0, 0))):
+        range_m[:, 100] = range_m[:, 0] = near
+        beam = Beam(0.06, np.radians(wide_deg), height=0.0)
+        wraps, ends = (within_reach(edges, range_m, grid, beam, seam) for seam in (True, False))
+        for row, k in enumerate(reach):
+            expected = np.zeros(360, bool)
+            expected[100 - k : 101 + k] = expected[: 1 + k] = True
+            np.testing.assert_array_equal(ends[row], expected)
+            expected[360 - k :] = True
+            np.testing.assert_array_equal(wraps[row], expected)
+
+
+def test_the_reach_turns_with_what_is_seen():
+    rng = np.random.default_rng(0)
+    scanner = SCANNERS["lms151_turn"]
+    edges = rng.random(scanner.directions.shape[:2]) < 0.001
+    range_m = rng.uniform(0.5, 5, edges.shape).astype(np.float32)
+    reached = within_reach(edges, range_m, scanner.directions, scanner.beam, True)
+    for shift in (1, 400):
+        turned = (np.roll(a, shift, axis=1) for a in (edges, range_m))
+        again = within_reach(*turned, scanner.directions, scanner.beam, True)
+        assert (again != np.roll(reached, shift, axis=1)).mean() < 1e-4
+    assert reached[:20].mean() > 3 * reached[350:400].mean()
+
+
+def test_high_beams_reach_other_rows():
+    grid = SCANNERS["lms200_tilt"].directions
+    edges, range_m = np.zeros(grid.shape[:2], bool), np.full(grid.shape[:2], 9.0, np.float32)
+    edges[100, 180] = True
+    round_, flat = (within_reach(edges, range_m, grid, Beam(0, 0.03, high), False) for high in (1.0, 0.4))
+    assert round_.any(axis=1).sum() == 3 and flat.any(axis=1).sum() == 1
+    assert round_.any(axis=0).sum() == flat.any(axis=0).sum() == 3
 
 
 @settings(deadline=None)

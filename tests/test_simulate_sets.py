@@ -64,6 +64,17 @@ def test_what_is_too_dark_to_be_seen_counts_for_no_visibility():
     )
 
 
+def test_a_thing_alone_shows_the_pixels_that_see_its_rim_too():
+    """With beams of 15 mrad a small thing alone in the world is seen whole, not more than whole."""
+    scanner = SCANNERS["lms151_turn"]
+    crate = Thing("crate", box((0.3, 0.3, 0.3), "concrete"), "crate").at(4, 0, -0.15)
+    seen = simulated(Scene((crate,), (np.eye(4),), "box"), 0, scanner, 0)
+    shown = (seen.thing == 0).sum()
+    thin = replace(scanner, beam=scanner.beam._replace(window_m=0.0, divergence_rad=0.0))
+    assert pixels_alone(crate.mesh, scanner, np.eye(4)) == pytest.approx(shown, rel=0.03)
+    assert shown > 1.15 * pixels_alone(crate.mesh, thin, np.eye(4))
+
+
 def test_scans_from_one_stage_are_the_same_as_from_their_own():
     scene = replace(one_box(), scanners=(np.eye(4), pose_at(1, 1, 0, -20)))
     stage = staged(scene)

@@ -1,5 +1,6 @@
 """Echoes along thin rays: what every surface on the way sends back, through panes and off mirrors."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import TypeVar
 
@@ -78,10 +79,13 @@ def echoes_along(caster: Caster, origins: ArrayLike, directions: Float32Array) -
         found.append(_echoes(caster, rays, hits, mirrored))
         smooth = np.flatnonzero(caster.smooth[hits.face])
         rays = _sent_on(caster, _chosen(rays, smooth), _chosen(hits, smooth), mirrored[smooth])
-    if not found:
-        return _no_echoes()
+    return joined_echoes(found) if found else _no_echoes()
+
+
+def joined_echoes(parts: Sequence[Echoes]) -> Echoes:
+    """Return the echoes of all parts."""
     names = [one.name for one in fields(Echoes)]
-    return Echoes(*(np.concatenate([getattr(echoes, name) for echoes in found]) for name in names))
+    return Echoes(*(np.concatenate([getattr(echoes, name) for echoes in parts]) for name in names))
 
 
 def _no_echoes() -> Echoes:

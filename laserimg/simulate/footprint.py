@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,8 +31,8 @@ class Beam(NamedTuple):
     height: float = 1.0
 
 
-def near_edges(distance: Float32Array, jump_m: float, reach: tuple[int, int], wraps: bool) -> BoolArray:
-    """Return where a beam may see more than one surface.
+def near_edges(distance: Float32Array, jump_m: float, wraps: bool) -> BoolArray:
+    """Return the beams beside which the surface bends or ends.
 
     On a plane the inverse of the range is linear in the direction, so that its second differences are 0
     however steep the plane is. Where they are not, by more than a jump would make them, an edge is near.
@@ -44,8 +43,6 @@ def near_edges(distance: Float32Array, jump_m: float, reach: tuple[int, int], wr
         Metres of the middle of each beam; infinity where it meets nothing.
     jump_m : float
         Smaller steps are not looked at.
-    reach : (int, int)
-        Further rows and columns from an edge that a beam covers.
     wraps : bool
 
     Returns
@@ -53,16 +50,63 @@ def near_edges(distance: Float32Array, jump_m: float, reach: tuple[int, int], wr
     (H, W) array of bool
     """
     inverse = np.reciprocal(distance)
-    found = np.zeros(inverse.shape, np.uint8)
+    found = np.zeros(inverse.shape, bool)
     found[1:-1] |= _bent(inverse[:-2], inverse[1:-1], inverse[2:], jump_m)
     found[:, 1:-1] |= _bent(inverse[:, :-2], inverse[:, 1:-1], inverse[:, 2:], jump_m)
     if wraps:
         for before, at, after in ((-2, -1, 0), (-1, 0, 1)):
             found[:, at] |= _bent(inverse[:, before], inverse[:, at], inverse[:, after], jump_m)
-    if max(reach) > 0:
-        rows, columns = reach
-        found = cv2.dilate(found, np.ones((2 * rows + 1, 2 * columns + 1), np.uint8))
-    return found.astype(bool)
+    return found
+
+
+def within_reach(
+    edges: BoolArray, distance: Float32Array, directions: Float32Array, beam: Beam, wraps: bool
+) -> BoolArray:
+    """Return `edges` and the beams that reach one of them: many where rows or columns are close together.
+
+    Parameters
+    ----------
+    edges : (H, W) array of bool
+    distance : (H, W) array of float32
+        Metres, as for `near_edges`: near the scanner a beam's window counts for more than its divergence.
+    directions : (H, W, 3) array of float32
+    beam : Beam
+    wraps : bool
+
+    Returns
+    -------
+    (H, W) array of bool
+    """
+    along = _spread(edges, distance, directions, beam, wraps)
+    flat = beam._replace(
+        window_m=beam.window_m * beam.height, divergence_rad=beam.divergence_rad * beam.height
+    )
+    return _spread(along.T, distance.T, directions.transpose(1, 0, 2), flat, False).T
+
+
+def _spread(
+    edges: BoolArray, distance: Float32Array, directions: Float32Array, beam: Beam, wraps: bool
+) -> BoolArray:
+    """Edges, and as many beams before and after them in the row as the outer rays of a beam cover."""
+    (height, width), (row, column) = edges.shape, np.nonzero(edges)
+    before = column - (column == width - 1)
+    pitch = np.linalg.norm(directions[row, before + 1] - directions[row, before], axis=1)
+    radius = AROUND_RADIUS / 2 * (beam.divergence_rad + beam.window_m / distance[row, column])
+    half = width // 2
+    more = np.minimum(radius / np.maximum(pitch, 1e-6), half).astype(np.intp)
+    if not more.any():
+        return edges
+    low, high = column - more, column + more + 1
+    if not wraps:
+        low, high = np.maximum(low, 0), np.minimum(high, width)
+    ends = np.zeros((height, 2 * width + 1), np.int32)
+    np.add.at(ends, (row, low + half), 1)
+    np.add.at(ends, (row, high + half), -1)
+    covered = np.cumsum(ends, axis=1, dtype=np.int32) > 0
+    found = covered[:, half : half + width]
+    found[:, width - half :] |= covered[:, :half]
+    found[:, : width - half] |= covered[:, half + width : 2 * width]
+    return found
 
 
 def _bent(before: Float32Array, at: Float32Array, after: Float32Array, jump_m: float) -> BoolArray:

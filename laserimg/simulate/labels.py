@@ -10,11 +10,15 @@ from laserimg.regions import MIN_PIXELS, bounding_box
 from laserimg.scan import Float32Array
 from laserimg.simulate.cast import Caster
 from laserimg.simulate.echoes import echoes_along
-from laserimg.simulate.measure import Simulated
+from laserimg.simulate.footprint import AROUND, near_edges, rays_around, within_reach
+from laserimg.simulate.measure import Simulated, along_row
 from laserimg.simulate.mesh import Mesh
 from laserimg.simulate.scanner import Scanner
 from laserimg.simulate.things import Scene
 from laserimg.truth import position_of
+
+# Rows above and below a thing in which beams may see its rim.
+MOST_RIM = 4
 
 
 def truth_boxes(
@@ -67,7 +71,7 @@ def truth_boxes(
 
 
 def pixels_alone(mesh: Mesh, scanner: Scanner, world_from_scan: NDArray[np.float64]) -> int:
-    """Return how many pixels would show a thing that stood alone: thin beams, and no noise.
+    """Return how many pixels would show a thing that stood alone, without noise.
 
     Parameters
     ----------
@@ -77,19 +81,44 @@ def pixels_alone(mesh: Mesh, scanner: Scanner, world_from_scan: NDArray[np.float
     world_from_scan : (4, 4) array
     """
     own = mesh.moved(np.linalg.inv(world_from_scan))
-    echoes = echoes_along(Caster(own), np.zeros(3), _towards(scanner.directions.reshape(-1, 3), own.vertices))
-    within = (echoes.distance >= scanner.min_range_m) & (echoes.distance <= scanner.max_range_m)
-    return len(np.unique(echoes.ray[within & (echoes.power >= scanner.receiver.weakest)]))
+    caster, (height, width) = Caster(own), scanner.directions.shape[:2]
+    along = scanner.directions.reshape(-1, 3)
+    towards = _towards(along, own.vertices)
+    echoes = echoes_along(caster, np.zeros(3), along[towards])
+    seen = (echoes.distance >= scanner.min_range_m) & (echoes.distance <= scanner.max_range_m)
+    seen &= echoes.power >= scanner.receiver.weakest
+    nearest = np.full(height * width, np.inf, np.float32)
+    nearest[towards[echoes.ray[seen]]] = echoes.distance[seen]
+    return int(np.isfinite(nearest).sum()) + _rim(caster, nearest.reshape(height, width), scanner)
 
 
-def _towards(rays: Float32Array, corners: NDArray[np.float64]) -> Float32Array:
-    """The rays from the origin within the cone around the corners of something."""
+def _rim(caster: Caster, nearest: Float32Array, scanner: Scanner) -> int:
+    """How many beams see a thing with their rims alone."""
+    rows = np.flatnonzero(np.isfinite(nearest).any(axis=1))
+    if not len(rows):
+        return 0
+    part = slice(max(rows[0] - MOST_RIM, 0), rows[-1] + 1 + MOST_RIM)
+    nearest, grid = nearest[part], scanner.directions[part]
+    edges = within_reach(near_edges(nearest, 0.0, scanner.wraps), nearest, grid, scanner.beam, scanner.wraps)
+    beams = np.flatnonzero(edges & ~np.isfinite(nearest))
+    along = grid.reshape(-1, 3)
+    turns = np.zeros(len(beams), np.float32)
+    rays = rays_around(np.zeros(3), along[beams], along_row(along, beams, scanner), scanner.beam, turns)
+    echoes = echoes_along(caster, *rays)
+    power = np.bincount(echoes.ray // AROUND, echoes.power) / (AROUND + 1)
+    return int((power >= scanner.receiver.weakest).sum())
+
+
+def _towards(rays: Float32Array, corners: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Indices of the rays from the origin within the cone around the corners of something."""
     towards = corners / np.maximum(np.linalg.norm(corners, axis=1, keepdims=True), 1e-9)
     axis = towards.mean(axis=0)
     axis /= max(float(np.linalg.norm(axis)), 1e-9)
     narrowest = float((towards @ axis).min())
     # A cone wider than 90 degrees is not convex: faces between its corners may bulge out of it.
-    return rays[rays @ axis.astype(np.float32) >= narrowest - 1e-4] if narrowest > 0 else rays
+    if narrowest <= 0:
+        return np.arange(len(rays))
+    return np.flatnonzero(rays @ axis.astype(np.float32) >= narrowest - 1e-4)
 
 
 def thing_size(vertices: NDArray[np.float64], scanner_xy: NDArray[np.float64]) -> Size:

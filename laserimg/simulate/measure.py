@@ -1,14 +1,15 @@
 """Scans of scenes, with the exact truth."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.scan import Float32Array, Scan
 from laserimg.simulate.cast import Caster
-from laserimg.simulate.echoes import Echoes, echoes_along
-from laserimg.simulate.footprint import AROUND, near_edges, rays_around
+from laserimg.simulate.echoes import Echoes, echoes_along, joined_echoes
+from laserimg.simulate.footprint import AROUND, near_edges, rays_around, within_reach
 from laserimg.simulate.mesh import joined
 from laserimg.simulate.receiver import received
 from laserimg.simulate.scanner import Scanner
@@ -21,8 +22,9 @@ from laserimg.simulate.things import Scene
 class Simulated:
     """A simulated scan and the truth of its pixels.
 
-    The truth is that of the beam's middle: of the surface that gave the return, or would have sent
-    back most. Behind a pane that is what is seen through it; of a mirrored image it is the mirror.
+    The truth is that of the thing that gave the return: of all that a wide beam meets the one whose echo
+    is nearest to the measured range, before noise. Behind a pane that is what is seen through it; of a
+    mirrored image it is the mirror. Pixels without a return have none.
 
     Parameters
     ----------
@@ -30,9 +32,10 @@ class Simulated:
     thing : (H, W) array of int32
         Index of the thing; -1 for none.
     truth_range : (H, W) array of float32
-        Metres without noise; 0 for none.
+        Metres to that thing, without noise, in the middle of the beam unless its rim alone meets it; 0 for
+        none.
     truth_normals : (H, W, 3) array of float32
-        In the scanner's frame, towards it; 0 for none.
+        Of the surface there, in the scanner's frame, towards it; 0 for none.
     """
 
     scan: Scan
@@ -106,12 +109,14 @@ def simulated(
     turn = pose[:3, :3].astype(np.float32)
     rng = np.random.default_rng(seed)
     along = beams_shot(scanner.directions, scanner.head, rng).reshape(-1, 3) @ turn.T
-    middle = echoes_along(caster, pose[:3, 3], along)
-    exact, power = _measured(caster, pose[:3, 3], along, middle, scanner, rng)
-    range_m = _reported_range(exact, power, scanner, rng)
+    drawn = _drawn(len(along), rng)
+    middle, echoes, share = _echoes(caster, pose[:3, 3], along, scanner, drawn.turn)
+    exact, power = _measured(echoes, share, scanner, drawn)
+    range_m = _reported_range(exact, power, scanner, drawn)
     reflectance = np.where(range_m > 0, _reported_power(power, exact, scanner.intensity), np.float32(0))
     scan = Scan(range_m.reshape(shape), scanner.directions, reflectance.reshape(shape), pose, scanner.wraps)
-    face, truth = _truth(middle, exact, scanner.receiver.weakest)
+    exact = np.where(range_m > 0, exact, np.float32(0))
+    face, truth = _truth(middle, echoes, exact, scanner.receiver.weakest, owner)
     hit = face >= 0
     normals = np.where(hit[:, None], caster.normals[face], np.float32(0))
     normals *= -np.copysign(np.float32(1), np.einsum("ij,ij->i", normals, along))[:, None]
@@ -119,32 +124,52 @@ def simulated(
     return Simulated(scan, thing, truth.reshape(shape), (normals @ turn).reshape(*shape, 3))
 
 
-def _measured(
-    caster: Caster,
-    origin: NDArray[np.float64],
-    along: Float32Array,
-    middle: Echoes,
-    scanner: Scanner,
-    rng: np.random.Generator,
-) -> tuple[Float32Array, Float32Array]:
-    """Range before noise and power of each beam; 0 and 0 for no return."""
-    edge = np.flatnonzero(near_edges(_deepest(middle, scanner), *_edge_sizes(scanner), scanner.wraps))
-    turns = rng.uniform(0, 2 * np.pi, len(edge)).astype(np.float32)
+class _Drawn(NamedTuple):
+    """Chance for every beam, the same whatever the scan sees: nothing shifts when one edge comes or goes."""
+
+    turn: Float32Array
+    power: Float32Array
+    range: Float32Array
+    ring: np.float32
+
+
+def _drawn(count: int, rng: np.random.Generator) -> _Drawn:
+    return _Drawn(
+        np.float32(2 * np.pi) * rng.random(count, np.float32),
+        rng.standard_normal(count, np.float32),
+        rng.standard_normal(count, np.float32),
+        np.float32(rng.uniform(0, 2 * np.pi)),
+    )
+
+
+def _echoes(
+    caster: Caster, origin: NDArray[np.float64], along: Float32Array, scanner: Scanner, turn: Float32Array
+) -> tuple[Echoes, Echoes, Float32Array]:
+    """Echoes of beams' middles; of all thin rays, `ray` being the beam; and what share of a beam a ray is."""
+    middle = echoes_along(caster, origin, along)
+    ends = _deepest(middle, scanner)
+    edges = near_edges(ends, 3 * scanner.noise.white_m, scanner.wraps)
+    edges = within_reach(edges, ends, scanner.directions, scanner.beam, scanner.wraps)
+    edge = np.flatnonzero(edges).astype(np.int32)
     around = echoes_along(
-        caster, *rays_around(origin, along[edge], _along_row(along, edge, scanner), scanner.beam, turns)
+        caster, *rays_around(origin, along[edge], along_row(along, edge, scanner), scanner.beam, turn[edge])
     )
     share = np.ones(len(along), np.float32)
     share[edge] = 1 / (AROUND + 1)
-    beam = np.concatenate([middle.ray, edge[around.ray // AROUND]])
-    power = np.concatenate([middle.power, around.power]) * share[beam]
-    noise = 1 + np.float32(scanner.noise.power) * rng.standard_normal(len(along), np.float32)
-    power *= np.maximum(noise, 0)[beam]
-    distance = np.concatenate([middle.distance, around.distance])
-    return received(beam, distance, power, len(along), scanner.receiver)
+    return middle, joined_echoes([middle, replace(around, ray=edge[around.ray // AROUND])]), share
 
 
-def _along_row(along: Float32Array, beam: NDArray[np.intp], scanner: Scanner) -> Float32Array:
-    """From some beams to the next of their row; from the last of a row as from the one before."""
+def _measured(
+    echoes: Echoes, share: Float32Array, scanner: Scanner, drawn: _Drawn
+) -> tuple[Float32Array, Float32Array]:
+    """Range before noise and power of each beam; 0 and 0 for no return."""
+    noise = np.maximum(1 + np.float32(scanner.noise.power) * drawn.power, 0)
+    power = echoes.power * (share * noise)[echoes.ray]
+    return received(echoes.ray, echoes.distance, power, len(share), scanner.receiver)
+
+
+def along_row(along: Float32Array, beam: NDArray[np.integer], scanner: Scanner) -> Float32Array:
+    """Return the way from some beams to the next of their row; the last has that of the one before."""
     width = scanner.directions.shape[1]
     start = beam - (beam % width == width - 1)
     return along[start + 1] - along[start]
@@ -158,25 +183,15 @@ def _deepest(middle: Echoes, scanner: Scanner) -> Float32Array:
     return ends
 
 
-def _edge_sizes(scanner: Scanner) -> tuple[float, tuple[int, int]]:
-    """The least jump that shows, and how many more rows and columns than the next a beam covers."""
-    row, column = scanner.directions.shape[0] // 2, scanner.directions.shape[1] // 2
-    middle, below, right = scanner.directions[[row, row + 1, row], [column, column, column + 1]]
-    radius = scanner.beam.divergence_rad / 2
-    columns = int(radius / np.linalg.norm(middle - right))
-    rows = int(radius * scanner.beam.height / np.linalg.norm(middle - below))
-    return 3 * scanner.noise.white_m, (rows, columns)
-
-
 def _reported_range(
-    exact: Float32Array, power: Float32Array, scanner: Scanner, rng: np.random.Generator
+    exact: Float32Array, power: Float32Array, scanner: Scanner, drawn: _Drawn
 ) -> Float32Array:
     """Ranges with noise, rounded and within limits; 0 for none."""
     noise, weakest = scanner.noise, scanner.receiver.weakest
     weakness = np.float32(weakest) / np.maximum(power, np.float32(weakest))
     spread = np.sqrt(noise.white_m**2 + (noise.weakest_m**2 - noise.white_m**2) * weakness)
-    wave = np.float32(2 * np.pi / noise.ring_period_m) * exact + np.float32(rng.uniform(0, 2 * np.pi))
-    noisy = exact + spread * rng.standard_normal(exact.shape, np.float32)
+    wave = np.float32(2 * np.pi / noise.ring_period_m) * exact + drawn.ring
+    noisy = exact + spread * drawn.range
     noisy += np.float32(2**0.5 * noise.ring_m) * np.sin(wave)
     rounded = np.round(noisy / np.float32(scanner.step_m)) * np.float32(scanner.step_m)
     kept = (exact > 0) & (rounded >= scanner.min_range_m) & (rounded <= scanner.max_range_m)
@@ -188,16 +203,24 @@ def _reported_power(power: Float32Array, range_m: Float32Array, intensity: Inten
     return np.minimum(np.round(value), intensity.top).astype(np.float32)
 
 
-def _truth(middle: Echoes, exact: Float32Array, weakest: float) -> tuple[NDArray[np.int32], Float32Array]:
-    """Face and range of the surface that each beam's middle shows."""
-    face, seen_m = np.full(len(exact), -1, np.int32), np.zeros(len(exact), np.float32)
-    # Of several surfaces the one nearest to the measured range, if it is strong enough to be it; of a beam
-    # without a return the strongest. Weak ones come last.
-    several = np.flatnonzero(np.bincount(middle.ray, minlength=len(exact))[middle.ray] > 1)
-    ray, power = middle.ray[several], middle.power[several]
-    could_be = (exact[ray] > 0) & (power * (AROUND + 1) >= weakest)
-    rank = np.where(could_be, np.abs(middle.distance[several] - exact[ray]), 1e6 / (power + 1e-9))
-    last = several[np.argsort(-rank)]
-    face[middle.ray], seen_m[middle.ray] = middle.face, middle.seen_m
-    face[middle.ray[last]], seen_m[middle.ray[last]] = middle.face[last], middle.seen_m[last]
+def _truth(
+    middle: Echoes, echoes: Echoes, range_m: Float32Array, weakest: float, owner: NDArray[np.int32]
+) -> tuple[NDArray[np.int32], Float32Array]:
+    """Face and range of the thing that each beam measured; -1 and 0 for beams without a return."""
+    face, seen_m = _nearest(middle, range_m, weakest)
+    nearest, nearest_m = _nearest(echoes, range_m, weakest)
+    by_rim = (face < 0) | (owner[face] != owner[nearest])
+    return np.where(by_rim, nearest, face), np.where(by_rim, nearest_m, seen_m)
+
+
+def _nearest(echoes: Echoes, range_m: Float32Array, weakest: float) -> tuple[NDArray[np.int32], Float32Array]:
+    """Face and range of the echo nearest to each beam's range, if strong enough, else of the strongest."""
+    face, seen_m = np.full(len(range_m), -1, np.int32), np.zeros(len(range_m), np.float32)
+    could_be = echoes.power * (AROUND + 1) >= weakest
+    off = np.abs(echoes.distance - range_m[echoes.ray])
+    rank = np.where(could_be, off, np.float32(1e6) / (echoes.power + np.float32(1e-9)))
+    least = np.full(len(range_m), np.inf, np.float32)
+    np.minimum.at(least, echoes.ray, rank)
+    chosen = np.flatnonzero((rank == least[echoes.ray]) & (range_m[echoes.ray] > 0))
+    face[echoes.ray[chosen]], seen_m[echoes.ray[chosen]] = echoes.face[chosen], echoes.seen_m[chosen]
     return face, seen_m

@@ -41,7 +41,7 @@ def test_noise_rounding_and_truth_in_a_room(name):
     assert walls.min(axis=0).max() < 1e-3
     assert (result.scan.range > 0).all()
     error = result.scan.range - result.truth_range
-    expected = np.hypot(scanner.noise.white_m, scanner.noise.ring_m)
+    expected = np.sqrt(scanner.noise.white_m**2 + scanner.noise.ring_m**2 + scanner.step_m**2 / 12)
     # Corners round off the ranges of wide beams.
     assert error[np.abs(error) < 5 * expected].std() == pytest.approx(expected, rel=0.05)
     steps = result.scan.range / scanner.step_m
@@ -197,6 +197,36 @@ def test_an_interlaced_fan_on_a_swinging_head_is_late_as_the_protocol_times_it()
     np.testing.assert_allclose(late[:, 179], 0.25 / 2, atol=1e-3)
     np.testing.assert_allclose(late[:, 178], (1 + 90.5 / 360) / 2, atol=1e-3)
     np.testing.assert_allclose(late[:, -1], (1 + 0.5 / 360) / 2, atol=1e-3)
+
+
+@pytest.mark.parametrize(("name", "columns"), [("lms200_turn", 360), ("lms151_turn", 1135)])
+def test_a_turning_head_goes_on_by_half_a_column_while_the_mirror_looks_down(name, columns):
+    """A profile is half a mirror turn, and the head turns by a column in a whole one."""
+    scanner, step = SCANNERS[name], 360 / columns
+    x, y, z = np.moveaxis(scanner.directions[2:-2].astype(np.float64), -1, 0)
+    azimuth, elevation = np.degrees(np.arctan2(y, x)), np.degrees(np.arcsin(z))
+    assert (np.diff(azimuth, axis=1) < 0).all()
+    late = (180 - step * (np.arange(columns) + 0.5) - azimuth) / step
+    np.testing.assert_allclose(late, (90 - elevation) / 360 - 0.25, atol=2e-3)
+    # A column of what it reports is a slanted line on a wall: what it measures lies on that wall.
+    noise = scanner.noise._replace(white_m=1e-4, weakest_m=1e-4, ring_m=0.0)
+    seen = scanned(Thing("wall", upright(3, 4, 4)), scanner=replace(scanner, noise=noise))
+    middle = seen.scan.range > 0
+    middle &= (np.abs(seen.scan.directions[..., 1:]) < 0.4).all(axis=-1)
+    assert np.abs(seen.scan.points()[middle][:, 0] - 3).max() < 0.01
+
+
+def test_ranges_in_centimetres_are_whole_and_reach_farther():
+    things = (
+        Thing("far", upright(40, 90, 40, Material("reflector", 20.0))),
+        Thing("near", upright(2, 0.5, 0.5)),
+    )
+    fine, coarse = (
+        scanned(*things, scanner=SCANNERS[name]).scan for name in ("lms200_tilt", "lms200_tilt_cm")
+    )
+    seen = coarse.range[coarse.range > 0]
+    assert np.abs(seen * 100 - (seen * 100).round()).max() < 1e-2
+    assert (seen > 39).sum() > 100 and fine.range.max() < 3
 
 
 def test_a_wave_of_the_tilt_is_the_same_for_a_row_and_within_half_and_double():

@@ -53,7 +53,7 @@ def test_received_like_the_slow_reference(echoes, strongest):
 
 
 @settings(deadline=None)
-@given(st.floats(-80, 80), st.floats(-60, 60), st.floats(0.5, 20), st.sampled_from(sorted(SCANNERS)))
+@given(st.floats(-65, 65), st.floats(-50, 50), st.floats(0.5, 20), st.sampled_from(sorted(SCANNERS)))
 def test_a_plane_however_steep_has_no_edges(yaw, pitch, distance, name):
     scanner = SCANNERS[name]
     top = len(scanner.directions) // 3

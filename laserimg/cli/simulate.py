@@ -15,8 +15,8 @@ def simulate(
     scanner: Annotated[
         str,
         typer.Option(
-            help="lms151_turn, lms200_swing, lms200_tilt, lms200_turn, spinning32, spinning40, spinning64, "
-            "spinning128, terrestrial."
+            help="lms151_turn, lms200_swing, lms200_tilt, lms200_tilt_cm, lms200_turn, spinning32, "
+            "spinning40, spinning64, spinning128, terrestrial."
         ),
     ] = "lms151_turn",
     count: Annotated[int, typer.Option(min=1, help="Scans to make.")] = 10,

@@ -1,10 +1,11 @@
-"""Heads that tilt a fan of beams, and where the beams really go when a head moves."""
+"""Heads that tilt or turn a fan of beams, and where the beams really go when a head moves."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from laserimg.projection import directions_from_angles
 from laserimg.scan import Float32Array
 
 
@@ -31,6 +32,25 @@ def tilting_fan(fan: NDArray, tilt: NDArray) -> Float32Array:
     a, t = np.meshgrid(fan, tilt)
     beams = np.stack([np.cos(a) * np.cos(t), np.sin(a), np.cos(a) * np.sin(t)], axis=-1)
     return beams.astype(np.float32)
+
+
+def turning_fan(elevation_deg: NDArray, columns: int) -> Float32Array:
+    """Return (H, W, 3) beams of an upright fan on a head that turns by one column in a mirror turn.
+
+    The mirror looks from the zenith down to the nadir in half its turn, while the head goes on: columns lean
+    by half their distance, from a quarter before their azimuth to a quarter behind. These are the angles at
+    which beams go, and those reported: where the head is at the time of each beam.
+
+    Parameters
+    ----------
+    elevation_deg : (H,) array of float64
+        Downwards.
+    columns : int
+        Of a full turn, clockwise from just below azimuth 180 degrees.
+    """
+    late = (90 - elevation_deg[:, None]) / 360 - 0.25
+    azimuth_deg = 180 - 360 * (np.arange(columns) + 0.5 + late) / columns
+    return directions_from_angles(np.radians(azimuth_deg), np.radians(elevation_deg))
 
 
 def beams_shot(directions: Float32Array, head: Head | None, rng: np.random.Generator) -> Float32Array:

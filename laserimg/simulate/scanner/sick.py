@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from laserimg.projection import directions_from_angles
 from laserimg.simulate.footprint import Beam
 from laserimg.simulate.receiver import Receiver
-from laserimg.simulate.scanner.head import Head, tilting_fan
+from laserimg.simulate.scanner.head import Head, tilting_fan, turning_fan
 from laserimg.simulate.scanner.model import Intensity, Noise, Scanner
 
 LMS200_TILT_DEG, LMS200_ROWS = (67.6, -48.7), 226
@@ -21,8 +20,10 @@ def lms200_tilt() -> Scanner:
     `docs/simulate.md` describes them: tilts from -48.7 to 67.6 degrees in 226 slices; ranges in steps of
     8.1-8.7 mm, which make the rings; noise of 3 mm at 1 m and 7 mm at 10 m, rings included; mixed pixels
     at gaps up to 1.2 m, at upright edges 1.6 times as often as at level ones, so that the beam is 0.6 times
-    as high as wide. The 0.3 m minimum is our assumption. The reflectivity values are not linear and
-    have no unit (Telegram Listing 8007954): a square root to 13000 is our assumption.
+    as high as wide. The 0.3 m minimum is our assumption, and so are 14 mm of noise for the weakest pulse, of
+    the size of the 11 and 14 mm that beams of one row of the recordings scatter at 6-12 m. The reflectivity
+    values are not linear and have no unit (Telegram Listing 8007954): a square root to 13000, 6000 for
+    white at 1 m, is our assumption.
     """
     fan = np.radians(np.linspace(90, -90, 361))
     tilt = np.radians(np.linspace(*LMS200_TILT_DEG, LMS200_ROWS))
@@ -59,12 +60,22 @@ def lms200_swing() -> Scanner:
 def lms200_turn() -> Scanner:
     """Return the LMS 200 of `lms200_tilt` with an upright fan on a turning head: 181 x 360 over the sphere.
 
-    One degree both ways, the coarsest angle of the LMS 200 (Technical Description 8008970).
+    One degree both ways, the coarsest angle of the LMS 200 (Technical Description 8008970), all of whose
+    beams come from one mirror turn (Telegram Listing 8007954). That the head turns on without a stop, by a
+    degree in these 13.32 ms, the fan from above down, is our assumption.
     """
-    elevation = np.radians(90.0 - np.arange(181))
-    azimuth = np.radians(179.5 - np.arange(360.0))
-    beams = directions_from_angles(azimuth, elevation)
+    beams = turning_fan(90.0 - np.arange(181), 360)
     return replace(lms200_tilt(), name="lms200_turn", directions=beams, wraps=True)
+
+
+def lms200_tilt_cm() -> Scanner:
+    """Return the LMS 200 of `lms200_tilt` as it is delivered: centimetres, to 80 m.
+
+    Telegram Listing 8007954: measuring mode 00h with the unit cm has 13 bits of range, the highest values of
+    which are codes of errors: 81.82 m at most; 80 m is what the Technical Description gives. All else
+    is as in `lms200_tilt`: what that measures is rounded.
+    """
+    return replace(lms200_tilt(), name="lms200_tilt_cm", step_m=0.01, max_range_m=80.0)
 
 
 def lms151_turn() -> Scanner:
@@ -74,13 +85,13 @@ def lms151_turn() -> Scanner:
     15 mrad, 18 m at 10 % reflectivity, 0.5 to 50 m, millimetres as in the telegrams, 8 bits of received
     signal strength that are logarithmic and not made up for range. The length of a pulse is that of the
     LMS 200; the rings are those of the public office scan of a turning 2D laser (PCL data): an error that
-    is the same at the same range and loses its likeness within 20 mm.
+    is the same at the same range and loses its likeness within 20 mm. That the table turns on by a column in
+    each mirror turn, the fan from above down, is our assumption, as are the power that reports as 200
+    for white at 1 m and its fourth root in place of the logarithm.
     """
-    elevation = np.radians(90 - 180 * (np.arange(760) + 0.5) / 760)
-    azimuth = np.radians(180 - 360 * (np.arange(1135) + 0.5) / 1135)
     return Scanner(
         "lms151_turn",
-        directions_from_angles(azimuth, elevation),
+        turning_fan(90 - 180 * (np.arange(760) + 0.5) / 760, 1135),
         wraps=True,
         step_m=0.001,
         min_range_m=0.5,

@@ -23,8 +23,9 @@ def spinning32() -> Scanner:
 
     VLP-32C User Manual 63-9325, table 9-2: rows from +15 to -25 degrees, 1/3 degree apart near the horizon
     and up to 9 at the ends; ranges in steps of 4 mm. Beams of 3 x 1.5 mrad: Velodyne's VLS-128 (manual,
-    table F-1). Accuracy is 3 cm; that a third of it is noise (1 sigma) is our assumption, as are 1 to
-    200 m, 80 m at 10 %, and 10 mm at the window. Reflectivity is made up for range, 100 for white, 255 at
+    table F-1). Accuracy is 3 cm; that a third of it is noise (1 sigma) of strong pulses and all of it that of
+    the weakest is our assumption, as are 1 to 200 m, 80 m at 10 %, 10 mm at the window, and the strongest of
+    several echoes. Reflectivity is made up for range, 100 for white, 255 at
     most (manual, section 6.2). The length of a pulse is that of the HDL-64E.
     """
     near_horizon = np.concatenate([[2.333], (5 - np.arange(18)) / 3, [-4.667, -5.333, -6.148, -7.254]])
@@ -48,8 +49,9 @@ def spinning40() -> Scanner:
 
     Rows from +7 to -16 degrees, 1/3 degree apart between +2 and -6, 1 degree elsewhere: what it sees ends
     above the feet of near things. User's Manual, appendix I: 200 m at 20 %, which is 141 m at 10 %.
-    Ranges in steps of 2 mm, noise (1 sigma) of 10 mm, 0.3 to 200 m, beams of 3 x 1.5 mrad, 10 mm at the
-    window, and reflectivity as of the Velodyne's (`spinning32`) are our assumptions.
+    Ranges in steps of 2 mm, noise (1 sigma) of 10 mm, 30 mm on the weakest pulses, 0.3 to 200 m, beams of
+    3 x 1.5 mrad, 10 mm at the window, the strongest echo, and reflectivity as of the Velodyne's
+    (`spinning32`) are our assumptions.
     """
     elevation = np.concatenate([7 - np.arange(5), 2 - np.arange(25) / 3, -7 - np.arange(10)])
     return replace(
@@ -70,7 +72,7 @@ def spinning64() -> Scanner:
     10 %, 2 mrad, the strongest echo, 8 bits made up for range. Pulses of 10 ns: HELIOS++,
     data/scanners_tls.xml. Beams half as high as wide: Velodyne's VLS-128 (manual, table F-1). The square
     root is our assumption: it gives roads 0.2 and grass 0.3 of full scale as in SemanticKITTI (0.20,
-    0.36). So are the 10 mm at the window and the rings, 0.
+    0.36). So are the 10 mm at the window, no more noise on weak pulses than on strong ones, and no rings.
     """
     elevation = np.concatenate([2 - np.arange(32) / 3, -8.83 - np.arange(32) / 2])
     return Scanner(

@@ -13,8 +13,9 @@ def terrestrial() -> Scanner:
 
     Data sheet of the VZ-400, long range mode: 3 mm noise (1 sigma), a 7 mm beam that grows by 0.35 mrad,
     1.5 to 600 m, 280 m at 20 % and so 198 m at 10 %. Pulses of 5 ns: HELIOS++, data/scanners_tls.xml.
-    The last echo of several is not given: the strongest, our assumption, as are the pitch, which it can
-    make 0.0024 degrees, and the fourth root in place of decibels, made up for range. It shines at 1550 nm,
+    Our assumptions: of several echoes the strongest; 5 mm noise on the weakest pulses; the pitch, which
+    can be 0.0024 degrees; reflectance as a fourth root in place of decibels, made up for range, white
+    40000. It shines at 1550 nm,
     where plants are darker than in `MATERIALS`.
     """
     return Scanner(

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from laserimg.simulate.objects import OBJECTS
+from laserimg.simulate.objects.stairs import Flight
 from laserimg.simulate.scenes import SCENES
 from laserimg.simulate.scenes.placing import part_boxes, penetration, placed
+from laserimg.simulate.scenes.stairwell import _flights
 
 SIZES = {
     "wastebasket": ((0.11, 0.20, 0.22), (0.40, 0.40, 0.60)),
@@ -186,6 +188,28 @@ def test_stairwells_have_stairs_of_which_most_are_before_the_scanner():
         flights = [t.mesh.vertices for t in scene.things if t.label == "stairs"]
         before += [(v @ scan_from_world[:3, :3].T + scan_from_world[:3, 3])[:, 0].mean() > 0 for v in flights]
     assert len(before) >= 38 and np.mean(before) > 0.8
+
+
+@pytest.mark.parametrize("form", ["up", "down", "dogleg"])
+def test_some_flights_of_stairwells_are_open(form):
+    """Closed steps are two boxes each, a tread and a block; open ones a tread, on one beam or two."""
+    size = Flight(9, 0.17, 0.28, 1.2)
+    found = []
+    for seed in range(60):
+        things = _flights(np.random.default_rng(seed), form, size, 1.5, 0.7)
+        flights = [len(t.mesh.vertices) for t in things if t.label == "stairs"]
+        assert len(flights) == (3 if form == "dogleg" else 1)
+        found.append(all(count in (8 * 10, 8 * 11) for count in flights))
+        assert found[-1] or set(flights) == {8 * 18}
+    assert 0.12 < np.mean(found) < 0.5
+
+
+@pytest.mark.parametrize("name", ["office", "corridor"])
+def test_some_wastebaskets_are_full(name):
+    scenes = [SCENES[name](np.random.default_rng([5, seed])) for seed in range(60)]
+    kinds = [t.kind for scene in scenes for t in scene.things if t.label == "wastebasket"]
+    assert set(kinds) == {"wastebasket", "full_wastebasket"}
+    assert 0.03 < kinds.count("full_wastebasket") / len(kinds) < 0.3
 
 
 @pytest.mark.parametrize("name", INDOOR)

@@ -11,6 +11,7 @@ from laserimg.simulate.materials import MATERIALS
 from laserimg.simulate.objects import OBJECTS
 from laserimg.simulate.objects.bicycles import bicycle
 from laserimg.simulate.objects.cars import STYLES, car
+from laserimg.simulate.objects.facades import front
 from laserimg.simulate.objects.hedges import hedge
 from laserimg.simulate.objects.lorries import lorry
 from laserimg.simulate.objects.outdoor import (
@@ -89,6 +90,36 @@ def test_panes_lie_behind_their_walls_on_both_sides_of_the_street():
                 sides.add(np.sign(y[0]))
                 assert np.abs(y).max() > np.abs(y[0]) + 0.2, "the back wall is farther out than the front"
     assert sides == {-1, 1}
+
+
+def test_house_doors_have_handles_and_are_shut_ajar_or_open_inwards():
+    doors = [
+        t.mesh for seed in range(60) for t in front(np.random.default_rng(seed), 9.0) if t.label == "door"
+    ]
+    assert len(doors) == 60
+    inwards = np.array([-mesh.vertices[:, 0].min() for mesh in doors])
+    assert max(mesh.vertices[:, 0].max() for mesh in doors) < 0.12
+    assert 0.45 < (inwards < 0.33).mean() < 0.8 and 0.08 < (inwards > 0.7).mean() < 0.35
+    metal = np.float32(MATERIALS["metal_bare"].specular)
+    for mesh in doors:
+        handle = mesh.vertices[mesh.faces[mesh.specular == metal]][..., 2]
+        assert handle.min() > 0.85 and handle.max() < 1.2
+
+
+def test_house_windows_have_frames_that_fill_their_holes_and_panes_behind_the_wall():
+    for seed in range(10):
+        windows = [t.mesh for t in front(np.random.default_rng(seed)) if t.label == "window"]
+        assert len(windows) >= 3 and len({len(mesh.faces) for mesh in windows}) <= 2
+        for mesh in windows:
+            panes = mesh.vertices[mesh.faces[mesh.transmission > 0.5]]
+            assert panes[..., 0].max() < 0 and len(mesh.faces) > 100
+            assert (np.ptp(panes[..., 1:], axis=(0, 1)) < mesh.extents[1:] - 0.15).all()
+
+
+def test_some_signs_retroreflect():
+    bright = np.float32(MATERIALS["retroreflector"].reflectance)
+    shares = [(sign_post(np.random.default_rng(s)).mesh.reflectance == bright).any() for s in range(60)]
+    assert 0.5 < np.mean(shares) < 0.85
 
 
 def test_crowns_and_cars_stay_off_the_facades():

@@ -20,7 +20,11 @@ def door_size(rng: np.random.Generator) -> tuple[float, float]:
 
 
 def door(
-    rng: np.random.Generator, size: tuple[float, float] | None = None, wall_m: float | None = None
+    rng: np.random.Generator,
+    size: tuple[float, float] | None = None,
+    wall_m: float | None = None,
+    *,
+    is_inward: bool = False,
 ) -> Thing:
     """Return a door with frame, leaf and handles: closed (3 in 5), ajar by 5-30 or open by 60-110 degrees.
 
@@ -31,6 +35,8 @@ def door(
         Width and height of the opening it fills, by default drawn as in `door_size`.
     wall_m : float, optional
         Thickness of the wall, by default 0.10-0.30 m.
+    is_inward : bool
+        Opens to what is behind the wall alone, not to either side.
     """
     wide, high = size or door_size(rng)
     wall = wall_m or rng.uniform(0.10, 0.30)
@@ -44,7 +50,7 @@ def door(
     make = _glazing(rng)
     for side in (-1, 1)[:leaves] if leaves == 2 else (int(rng.choice([-1, 1])),):
         leaf = _leaf(rng, clear / leaves - 0.004, high - face - 0.006, wood, make)
-        turned = joined([leaf]).at(0, 0, 0, -_opening_deg(rng) * rng.choice([-1, 1]))
+        turned = joined([leaf]).at(0, 0, 0, _opening_deg(rng) * (1 if is_inward else rng.choice([-1, 1])))
         mirror = np.diag([1.0, -side, 1.0, 1.0])
         parts.append(turned.moved(mirror).at(at_x, side * clear / 2, 0.006))
     mesh = joined(parts)

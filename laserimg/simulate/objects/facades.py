@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from laserimg.simulate.materials import MATERIALS
 from laserimg.simulate.mesh import Mesh, box, joined
 from laserimg.simulate.objects.copies import Row, boxes
+from laserimg.simulate.objects.doors import door
 from laserimg.simulate.objects.loft import quads_mesh, varied
+from laserimg.simulate.objects.windows import window
 from laserimg.simulate.things import Thing
 
 
@@ -17,6 +18,7 @@ def facade(rng: np.random.Generator) -> Thing:
 def front(rng: np.random.Generator, width_m: float | None = None) -> tuple[Thing, ...]:
     """Return the front of a house along y that faces +x: the wall, labelled building, then windows and doors.
 
+    Windows, of two kinds a house, and doors, which open inwards, are made as those of rooms.
     Storeys 2.7-3.3 m, 2 to 4 of them; bays 2.2-3.4 m; windows 0.9-1.5 x 1.2-1.7 m with sill at
     0.8-1.0 m; doors 0.9-1.1 x 2.0-2.2 m; reveals 0.08-0.25 m. Usual values of housing, set by eye.
     """
@@ -29,16 +31,23 @@ def front(rng: np.random.Generator, width_m: float | None = None) -> tuple[Thing
     wide, high, sill = rng.uniform(0.9, 1.5), rng.uniform(1.2, 1.7), rng.uniform(0.8, 1.0)
     depth, wall = rng.uniform(0.08, 0.25), varied(rng, str(rng.choice(["brick", "concrete"])), 0.3)
     entrance = int(rng.integers(bays))
+    narrow = min(wide, 0.7 * width / bays)
+    # A house has windows of two kinds, not one made anew for each hole.
+    panes = [window(rng, (narrow, high), depth) for _ in range(2)]
     centres = (np.arange(bays) + 0.5) / bays * width - width / 2
     holes, things = [], []
     for floor in range(floors):
         for bay, y in enumerate(centres):
             is_door = floor == 0 and bay == entrance
-            half = rng.uniform(0.45, 0.55) if is_door else min(wide, 0.7 * width / bays) / 2
+            half = rng.uniform(0.45, 0.55) if is_door else narrow / 2
             low, tall = (0.0, rng.uniform(2.0, 2.2)) if is_door else (floor * storey + sill, high)
             hole = (y - half, y + half, low, low + tall)
             holes.append((bay, floor, *hole))
-            things.append(_door(rng, hole, depth) if is_door else _window(hole, depth))
+            things.append(
+                door(rng, (2 * half, tall), depth, is_inward=True).at(0, y)
+                if is_door
+                else panes[int(rng.integers(2))].at(0, y, low)
+            )
     height = floors * storey
     panels = _panels(holes, bays, storey, width, depth)
     ledges = [
@@ -96,27 +105,3 @@ def _panels(holes, bays: int, storey: float, width: float, depth: float) -> np.n
         for (y0, z0), (y1, z1) in zip(ring, ring[1:] + ring[:1], strict=True):
             quads.append([(0, y0, z0), (0, y1, z1), (-depth, y1, z1), (-depth, y0, z0)])
     return np.array(quads, float)
-
-
-def _window(hole: tuple[float, ...], depth: float) -> Thing:
-    left, right, low, high = hole
-    y = np.array([left, left + 0.07, right - 0.07, right])
-    z = np.array([low, low + 0.07, high - 0.07, high])
-    quads = [
-        [
-            (-depth, y[a], z[b]),
-            (-depth, y[a + 1], z[b]),
-            (-depth, y[a + 1], z[b + 1]),
-            (-depth, y[a], z[b + 1]),
-        ]
-        for b in range(3)
-        for a in range(3)
-    ]
-    which = [int(k == 4) for k in range(9)]
-    return Thing("window", quads_mesh(quads, [MATERIALS["paint_white"], MATERIALS["glass"]], which), "window")
-
-
-def _door(rng: np.random.Generator, hole: tuple[float, ...], depth: float) -> Thing:
-    left, right, low, high = hole
-    leaf: Mesh = box((0.05, right - left, high - low), varied(rng, "wood", 0.4))
-    return Thing("door", leaf.at(-depth - 0.025, (left + right) / 2, low), "door")

@@ -19,10 +19,14 @@ def lamp_post(rng: np.random.Generator) -> Thing:
 
 
 def sign_post(rng: np.random.Generator) -> Thing:
-    """Return a traffic sign, label pole: tube 60-76 mm, clear height 2.0-2.3 m, plates 0.42-0.75 m."""
+    """Return a traffic sign, label pole: tube 60-76 mm, clear height 2.0-2.3 m, plates 0.42-0.75 m.
+
+    Two in three plates retroreflect, as far as `MATERIALS` has it: brighter than paint, not a hundred times.
+    """
     radius, clear = rng.uniform(0.030, 0.038), rng.uniform(2.0, 2.3)
     size = float(rng.choice([0.42, 0.6, 0.75]))
-    plate = _disc(size / 2) if rng.random() < 0.5 else box((0.01, size, size), "paint_white")
+    face = "retroreflector" if rng.random() < 2 / 3 else "paint_white"
+    plate = _disc(size / 2, face) if rng.random() < 0.5 else box((0.01, size, size), face)
     parts = [cylinder(radius, clear + size + 0.05, varied(rng, "metal_bare", 0.2), 12)]
     parts.append(plate.at(radius + 0.01, 0, clear))
     return Thing("sign_post", joined(parts), "pole")
@@ -42,9 +46,9 @@ def bollard(rng: np.random.Generator) -> Thing:
     return Thing("bollard", cylinder(rng.uniform(0.04, 0.11), rng.uniform(0.8, 1.1), metal, 16), "bollard")
 
 
-def _disc(radius: float) -> Mesh:
+def _disc(radius: float, material: str) -> Mesh:
     """A round plate facing +x that stands on z = 0."""
     matrix = np.eye(4)
     matrix[:3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
     matrix[2, 3] = radius
-    return cylinder(radius, 0.01, "paint_white", 24).moved(matrix)
+    return cylinder(radius, 0.01, material, 24).moved(matrix)

@@ -39,6 +39,11 @@ def full_wastebasket(rng: np.random.Generator) -> Thing:
     return Thing("full_wastebasket", joined([*parts, top]), "wastebasket")
 
 
+def some_wastebasket(rng: np.random.Generator) -> Thing:
+    """Return a wastebasket as rooms have them: one in eight is full or has a lid."""
+    return full_wastebasket(rng) if rng.random() < 1 / 8 else wastebasket(rng)
+
+
 def _basket(rng: np.random.Generator) -> tuple[NDArray[np.float64], float, float, Mesh]:
     """The outline at the brim, the foot as a share of it, the height, and the empty shell."""
     height = rng.uniform(0.25, 0.42) if rng.random() < 0.7 else rng.uniform(0.22, 0.58)

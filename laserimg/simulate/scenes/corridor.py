@@ -13,7 +13,7 @@ from laserimg.simulate.objects.fixtures import column, pipe, plant, radiator
 from laserimg.simulate.objects.people import person
 from laserimg.simulate.objects.seats import armchair, chair
 from laserimg.simulate.objects.storage import cabinet, cardboard_boxes, coat_rack, shelf
-from laserimg.simulate.objects.vessels import bucket, drum, umbrella_stand, wastebasket
+from laserimg.simulate.objects.vessels import bucket, drum, some_wastebasket, umbrella_stand
 from laserimg.simulate.scenes.furnishing import (
     Maker,
     ceiling_beams,
@@ -79,7 +79,7 @@ def _furnish(
     if rng.random() < 0.5:
         pilasters(rng, floor, size)
     put_extras(rng, floor, extras)
-    basket = wastebasket if is_labelled else bucket
+    basket = some_wastebasket if is_labelled else bucket
     for _ in range(rng.poisson(1.0)):
         put = floor.put_by_wall if rng.random() < 0.7 else floor.put_beside
         put(rng, basket(rng))

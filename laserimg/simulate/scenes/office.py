@@ -23,7 +23,7 @@ from laserimg.simulate.objects.fixtures import column, pipe, plant, radiator
 from laserimg.simulate.objects.people import person
 from laserimg.simulate.objects.seats import armchair, chair, office_chair, stool
 from laserimg.simulate.objects.storage import cabinet, cardboard_boxes, coat_rack, shelf, suitcase
-from laserimg.simulate.objects.vessels import bucket, drum, umbrella_stand, wastebasket
+from laserimg.simulate.objects.vessels import bucket, drum, some_wastebasket, umbrella_stand
 from laserimg.simulate.scenes.furnishing import Maker, hang_lamps, one_of, put_extras, put_somewhere
 from laserimg.simulate.scenes.placing import Floor
 from laserimg.simulate.scenes.rooms import BLANK, INSIDE, OUTSIDE, room
@@ -88,7 +88,7 @@ def _furnish(
     dense = rng.uniform(0.6, 1.6)
     workplaces(rng, floor, max(1, round(dense * area / 5)), is_labelled=is_labelled)
     put_extras(rng, floor, extras)
-    basket = wastebasket if is_labelled else bucket
+    basket = some_wastebasket if is_labelled else bucket
     for _ in range(rng.poisson(0.8)):
         put_somewhere(rng, floor, basket(rng))
     for _ in range(rng.poisson(dense * (3 + area / 4))):

@@ -33,9 +33,10 @@ def stairwell(rng: np.random.Generator, extras: Sequence[Maker] = ()) -> Scene:
 
     Up (27 %): one flight between walls, with a landing behind. Dogleg (20 %): up to a landing, back up
     beside, and down below. Down (13 %): one flight that leaves the hall, seen from above. Free (15 %):
-    closed or open steps that stand in the hall. The rest is `laserimg.simulate.scenes.foyer`. The scanner
-    is 0.4-1.7 m above the floor and looks to the stairs within 35 degrees. Sizes of flights as in
-    `laserimg.simulate.objects.stairs`. Of the makers `extras` 1-4 things each come too.
+    steps that stand in the hall, half of them open, without risers; of the others three in ten are. The
+    rest is `laserimg.simulate.scenes.foyer`. The scanner is 0.4-1.7 m above the floor and looks to the
+    stairs within 35 degrees. Sizes of flights as in `laserimg.simulate.objects.stairs`. Of the makers
+    `extras` 1-4 things each come too.
     """
     form = str(rng.choice(FORMS, p=[0.27, 0.13, 0.2, 0.15, 0.25]))
     if form == "foyer":
@@ -124,12 +125,13 @@ def _flights(rng: np.random.Generator, form: str, flight: Flight, landing: float
     def slab(z: float, full: float) -> Thing:
         return Thing("landing", boxes([(-run - landing / 2, 0, z - 0.15, landing, full, 0.15)], stone))
 
-    first = steps(rng, flight, is_open=False, to_floor=form == "up" and rng.random() < 0.6)
+    is_open = rng.random() < 0.3
+    first = steps(rng, flight, is_open=is_open, to_floor=form == "up" and rng.random() < 0.6)
     if form == "down":
         return [first.at(-run, 0, -up, 180), *_rails(rng, flight, -run, 0, -up, 180), slab(-up, wide)]
     if form == "up":
         return [first, *_rails(rng, flight, 0, 0, 0, 0), slab(up, wide)]
-    back = steps(rng, flight, is_open=False, to_floor=False)
+    back = steps(rng, flight, is_open=is_open, to_floor=False)
     side = rng.choice([-1, 1])
     things = [slab(up, 2 * lane + wide), first.at(0, side * lane), back.at(-run, -side * lane, up, 180)]
     things += [back.at(-run, -side * lane, -up, 180), slab(-up, 2 * lane + wide)]

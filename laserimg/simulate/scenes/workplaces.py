@@ -14,7 +14,7 @@ from laserimg.simulate.objects.loft import varied
 from laserimg.simulate.objects.people import person
 from laserimg.simulate.objects.seats import chair, office_chair, stool
 from laserimg.simulate.objects.storage import cardboard_boxes, suitcase
-from laserimg.simulate.objects.vessels import bucket, wastebasket
+from laserimg.simulate.objects.vessels import bucket, some_wastebasket
 from laserimg.simulate.scenes.furnishing import Maker, one_of
 from laserimg.simulate.scenes.placing import Floor
 from laserimg.simulate.things import Thing
@@ -104,7 +104,7 @@ def _around_desk(
     beside = rng.choice([-1, 1], 10) * (wide / 2 + rng.uniform(0.15, 0.4, 10))
     under = rng.uniform(-0.45, 0.45, 10) * wide
     if rng.random() < 0.45:
-        basket = wastebasket(rng) if is_labelled else bucket(rng)
+        basket = some_wastebasket(rng) if is_labelled else bucket(rng)
         x, y = rng.uniform(-0.4, 0.5, 10) * deep, under if rng.random() < 0.65 else beside
         floor.put_first(basket, _from_desk(at, x, y, rng.uniform(0, 360, 10)))
     for maker, share in AROUND:

@@ -126,6 +126,18 @@ def test_a_set_with_a_mesh_has_its_class_and_sizes(tmp_path):
         assert box.size.length == pytest.approx(box.size.height * 4 / 3, rel=1e-3)
 
 
+def test_a_mesh_that_fits_nowhere_is_told_in_one_line(tmp_path):
+    pytest.importorskip("embreex")
+    path = wedge(tmp_path / "bin.obj")
+    words = ("simulate", "corridor", "--scanner", "lms200_turn", "--count", 2, "--quiet")
+    small, large = (
+        laserimg(*words, "--mesh", path, "--class", "bin", "--height", height, "-o", tmp_path / "out")
+        for height in ("0.4:0.5", "4:5")
+    )
+    assert small.code == 0 and small.err == ""
+    assert large.code == 0 and large.err.count("\n") == 1 and "no scan shows 'bin'" in large.err
+
+
 def test_what_is_read_does_not_depend_on_unit_or_place(tmp_path):
     path = wedge(tmp_path / "bin.stl")
     points, faces = standing(path, "z")

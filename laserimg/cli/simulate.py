@@ -45,7 +45,7 @@ def simulate(
     from laserimg.cli.progress import track
     from laserimg.simulate.scanner import SCANNERS
     from laserimg.simulate.scenes import SCENES
-    from laserimg.simulate.sets import TRUTH, SetPlan, make_scans, write_truth
+    from laserimg.simulate.sets import TRUTH, SetPlan, is_shown, make_scans, write_truth
 
     for name, known, option in ((scene, SCENES, "scene"), (scanner, SCANNERS, "--scanner")):
         if name not in known:
@@ -54,6 +54,12 @@ def simulate(
     for _ in track(make_scans(plan, count, jobs), count, "simulating", quiet):
         pass
     truth = write_truth(out)
+    scans = {plan.name(number) for number in range(count)}
+    for extra in plan.extras:
+        if not is_shown(truth, extra.label, scans):
+            typer.echo(
+                f"laserimg: no scan shows {extra.label!r}: too large or small for the scene?", err=True
+            )
     if not quiet:
         whole = f"{len(truth.images)} scans with {len(truth.annotations)} labelled objects"
         typer.echo(f"{whole} in {out}; their truth: {out / TRUTH}")

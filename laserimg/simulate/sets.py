@@ -1,6 +1,6 @@
 """Sets of simulated scans with their truth: the scan of a number depends on it and the seed alone."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -197,6 +197,12 @@ def write_truth(folder: Path) -> CocoFile:
     coco = CocoFile(tuple(images), categories, tuple(boxes), source=str(folder / TRUTH))
     write_coco(folder / TRUTH, coco)
     return coco
+
+
+def is_shown(truth: CocoFile, label: str, scans: Collection[str]) -> bool:
+    """Return whether any of the scans, by file name, has a labelled object of that class."""
+    images = {image.id for image in truth.images if image.file_name in scans}
+    return any(truth.labels[box.category_id] == label and box.image_id in images for box in truth.annotations)
 
 
 def _categories(plan: SetPlan) -> tuple[Category, ...]:

@@ -66,7 +66,9 @@ class Caster:
         self.smooth = (mesh.transmission > 0) | (mesh.specular >= SMOOTH_SHARE)
         self.normals = (cross / np.maximum(length, 1e-20)).astype(np.float32)
         self._scene: Any = EmbreeScene()
-        TriangleMesh(self._scene, corners.astype(np.float32))
+        # By vertices and faces: a third faster than by the corners of each face.
+        faces = np.ascontiguousarray(mesh.faces, np.int32)
+        TriangleMesh(self._scene, mesh.vertices.astype(np.float32), faces)
 
     def __call__(self, origins: ArrayLike, directions: ArrayLike) -> Hits:
         """Return the first hits of rays from (3,) or (n, 3) origins along (n, 3) unit vectors."""

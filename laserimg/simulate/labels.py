@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from laserimg.formats.coco import Annotation, Size
 from laserimg.formats.masks import run_lengths
 from laserimg.regions import MIN_PIXELS, bounding_box
-from laserimg.scan import Float32Array
+from laserimg.scan import BoolArray, Float32Array
 from laserimg.simulate.cast import Caster
 from laserimg.simulate.echoes import echoes_along
 from laserimg.simulate.footprint import AROUND, near_edges, rays_around, within_reach
@@ -17,7 +17,7 @@ from laserimg.simulate.scanner import Scanner
 from laserimg.simulate.things import Scene
 from laserimg.truth import position_of
 
-# Rows above and below a thing in which beams may see its rim.
+# Rows and columns around a thing in which beams may see its rim.
 MOST_RIM = 4
 
 
@@ -50,10 +50,11 @@ def truth_boxes(
     """
     (height, width), found = seen.scan.shape, []
     owner, pose = np.where(seen.scan.range > 0, seen.thing, -1).ravel(), seen.scan.world_from_scan
+    shown = np.bincount(owner[owner >= 0], minlength=len(scene.things))
     for number, thing in enumerate(scene.things):
-        pixels = np.flatnonzero(owner == number) if thing.label in categories else np.empty(0, np.intp)
-        if len(pixels) < MIN_PIXELS:
+        if thing.label not in categories or shown[number] < MIN_PIXELS:
             continue
+        pixels = np.flatnonzero(owner == number)
         found.append(
             Annotation(
                 first_id + len(found),
@@ -94,19 +95,28 @@ def pixels_alone(mesh: Mesh, scanner: Scanner, world_from_scan: NDArray[np.float
 
 def _rim(caster: Caster, nearest: Float32Array, scanner: Scanner) -> int:
     """How many beams see a thing with their rims alone."""
-    rows = np.flatnonzero(np.isfinite(nearest).any(axis=1))
-    if not len(rows):
-        return 0
-    part = slice(max(rows[0] - MOST_RIM, 0), rows[-1] + 1 + MOST_RIM)
+    part = _surroundings(np.isfinite(nearest), scanner.wraps)
     nearest, grid = nearest[part], scanner.directions[part]
-    edges = within_reach(near_edges(nearest, 0.0, scanner.wraps), nearest, grid, scanner.beam, scanner.wraps)
+    if not nearest.size:
+        return 0
+    wraps = scanner.wraps and grid.shape[1] == scanner.directions.shape[1]
+    edges = within_reach(near_edges(nearest, 0.0, wraps), nearest, grid, scanner.beam, wraps)
     beams = np.flatnonzero(edges & ~np.isfinite(nearest))
-    along = grid.reshape(-1, 3)
-    turns = np.zeros(len(beams), np.float32)
-    rays = rays_around(np.zeros(3), along[beams], along_row(along, beams, scanner), scanner.beam, turns)
-    echoes = echoes_along(caster, *rays)
+    along, turns = grid.reshape(-1, 3), np.zeros(len(beams), np.float32)
+    next_ones = along_row(along, beams, grid.shape[1])
+    echoes = echoes_along(caster, *rays_around(np.zeros(3), along[beams], next_ones, scanner.beam, turns))
     power = np.bincount(echoes.ray // AROUND, echoes.power) / (AROUND + 1)
     return int((power >= scanner.receiver.weakest).sum())
+
+
+def _surroundings(seen: BoolArray, wraps: bool) -> tuple[slice, slice]:
+    """Rows and columns around what is seen; all columns if it is near the seam of a full turn."""
+    (rows, columns), width = (np.flatnonzero(seen.any(axis=axis)) for axis in (1, 0)), seen.shape[1]
+    if not len(rows):
+        return slice(0), slice(0)
+    low, high = columns[0] - MOST_RIM, columns[-1] + 1 + MOST_RIM
+    across = slice(None) if wraps and (low < 0 or high > width) else slice(max(low, 0), high)
+    return slice(max(rows[0] - MOST_RIM, 0), rows[-1] + 1 + MOST_RIM), across
 
 
 def _towards(rays: Float32Array, corners: NDArray[np.float64]) -> NDArray[np.intp]:

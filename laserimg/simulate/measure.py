@@ -146,13 +146,13 @@ def _echoes(
     caster: Caster, origin: NDArray[np.float64], along: Float32Array, scanner: Scanner, turn: Float32Array
 ) -> tuple[Echoes, Echoes, Float32Array]:
     """Echoes of beams' middles; of all thin rays, `ray` being the beam; and what share of a beam a ray is."""
-    middle = echoes_along(caster, origin, along)
+    middle, width = echoes_along(caster, origin, along), scanner.directions.shape[1]
     ends = _deepest(middle, scanner)
     edges = near_edges(ends, 3 * scanner.noise.white_m, scanner.wraps)
     edges = within_reach(edges, ends, scanner.directions, scanner.beam, scanner.wraps)
     edge = np.flatnonzero(edges).astype(np.int32)
     around = echoes_along(
-        caster, *rays_around(origin, along[edge], along_row(along, edge, scanner), scanner.beam, turn[edge])
+        caster, *rays_around(origin, along[edge], along_row(along, edge, width), scanner.beam, turn[edge])
     )
     share = np.ones(len(along), np.float32)
     share[edge] = 1 / (AROUND + 1)
@@ -168,9 +168,8 @@ def _measured(
     return received(echoes.ray, echoes.distance, power, len(share), scanner.receiver)
 
 
-def along_row(along: Float32Array, beam: NDArray[np.integer], scanner: Scanner) -> Float32Array:
+def along_row(along: Float32Array, beam: NDArray[np.integer], width: int) -> Float32Array:
     """Return the way from some beams to the next of their row; the last has that of the one before."""
-    width = scanner.directions.shape[1]
     start = beam - (beam % width == width - 1)
     return along[start + 1] - along[start]
 

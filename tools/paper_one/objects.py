@@ -118,8 +118,7 @@ def clusters_of(scan: Scan) -> np.ndarray:
 def things_measured(simulation: Simulated, plan: Plan) -> np.ndarray:
     """Return the thing (H * W,) whose range each pixel has, -1 where that is not known.
 
-    The truth of a pixel is what the beam's middle hits. A beam of 15 mrad is three pixels wide: at the
-    edge of a thing it measures something else, or a range between two things.
+    A beam of 15 mrad is three pixels wide: at the edge of a thing it measures a range between two things.
     """
     scan = simulation.scan
     own = scan.valid & (np.abs(scan.range - simulation.truth_range) <= plan.off_m)

@@ -35,7 +35,7 @@ from laserimg.recipes.cascade_samples import COPIES, samples_of
 from laserimg.recipes.from_mesh import rules_of_mesh
 from laserimg.recipes.gloss import without_glancing
 from laserimg.recipes.look_samples import Proposed, Samples, samples_of_look
-from laserimg.recipes.measuring import pipeline_of, sent
+from laserimg.recipes.measuring import _matched, pipeline_of, sent
 from laserimg.recipes.recipe import read_recipe
 from laserimg.recipes.scoring import overlap_after, trained_judge
 from laserimg.recipes.threshold import _passed, chances
@@ -99,6 +99,12 @@ def test_a_recipe_is_read_and_scaled(tmp_path):
         ),
         ("office_chair", "ofice_chair", "toml:14: unknown thing 'ofice_chair', did you mean 'office_chair'"),
         ("format = 1\n", "", "must begin with format = 1"),
+        (
+            "seed = 3",
+            'neutral = ["litter_bn"]',
+            "toml:3: unknown class 'litter_bn', did you mean",
+        ),
+        ("seed = 3", 'neutral = ["wastebasket"]', "bin.toml:3: wastebasket is what the recipe learns"),
         (RECIPE[RECIPE.index("[[casc") :], "regions = false", "unknown key 'regions'"),
         (
             RECIPE,
@@ -267,20 +273,42 @@ def test_the_parts_of_a_recipe_share_no_scan_and_look_for_its_class(tmp_path, mo
     assert [extra.label for extra in made[1].extras] == ["office_chair", ""]
 
 
+def truth_of_scan(folder, things):
+    """A truth on disk of class, returns and visibility of things in a row."""
+    boxes = [
+        Annotation(number, 1, category, (number, 0, 5, 5), area=area, visibility=visibility)
+        for number, (category, area, visibility) in enumerate(things, 1)
+    ]
+    categories = Category(1, "wastebasket"), Category(2, "car"), Category(3, "litter_bin")
+    truth = folder / "truth.json"
+    write_coco(truth, CocoFile((CocoImage(1, "a.npz", 100, 50),), categories, tuple(boxes)))
+    return truth
+
+
 def test_objects_that_show_too_little_are_neither_learnt_nor_missed(tmp_path):
     recipe = read_recipe(written(tmp_path, RECIPE))
     things = [  # class, returns, visibility
         (1, 50, 0.5), (1, 49, 1.0), (1, 500, 0.49), (1, 500, None), (2, 500, 1.0),
     ]  # fmt: skip
-    boxes = [
-        Annotation(number, 1, category, (number, 0, 5, 5), area=area, visibility=visibility)
-        for number, (category, area, visibility) in enumerate(things, 1)
-    ]
-    categories = (Category(1, "wastebasket"), Category(2, "car"))
-    truth = tmp_path / "truth.json"
-    write_coco(truth, CocoFile((CocoImage(1, "a.npz", 100, 50),), categories, tuple(boxes)))
-    asked, ignored = scans.TrainingScan(tmp_path / "a.npz", truth).objects(recipe)
+    asked, ignored = scans.TrainingScan(tmp_path / "a.npz", truth_of_scan(tmp_path, things)).objects(recipe)
     assert (asked[:, 0].tolist(), ignored[:, 0].tolist()) == ([1, 4], [2, 3])
+
+
+def test_what_is_neutral_is_neither_learnt_nor_background_however_clear_it_is(tmp_path):
+    truth = truth_of_scan(tmp_path, [(1, 500, 1.0), (2, 500, 1.0), (3, 500, 1.0), (3, 20, 0.1)])
+    scan = scans.TrainingScan(tmp_path / "a.npz", truth)
+    recipe = read_recipe(written(tmp_path, RECIPE.replace("seed = 3", 'neutral = ["litter_bin"]')))
+    asked, ignored = scan.objects(recipe)
+    assert (asked[:, 0].tolist(), ignored[:, 0].tolist()) == ([1], [3, 4])
+    asked, ignored = scan.objects(replace(recipe, neutral=()))
+    assert (asked[:, 0].tolist(), ignored[:, 0].tolist()) == ([1], [])
+
+
+def test_a_detection_of_something_neutral_is_neither_hit_nor_false_positive():
+    asked, neutral = np.array([[0.0, 0, 10, 10]]), np.array([[40.0, 0, 10, 20]])
+    boxes = [((0.0, 0.0, 10.0, 10.0), 0.9), ((40.0, 0.0, 10.0, 18.0), 0.8), ((70.0, 0.0, 10.0, 10.0), 0.7)]
+    found = _matched(boxes, asked, neutral, None)
+    assert (found.scores.tolist(), found.hits.tolist()) == ([0.9, 0.7], [True, False])
 
 
 def proposed_beside(box, folder):
@@ -383,6 +411,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, laserimg, words, mes
     [
         ("seed = 3", "seed = 4", True),
         ("seed = 3", "seed = 3\nmin_points = 60", True),
+        ("seed = 3", "seed = 3\nneutral = ['litter_bin']", True),
         ("seed = 3", "seed = 3\nmin_visibility = 0.4", True),
         ('more = ["office_chair", "desk"]', 'more = ["office_chair"]', True),
         ("count = 20", "count = 21", True),
@@ -414,6 +443,8 @@ def test_a_cascade_is_trained_again_if_the_mesh_changed(tmp_path):
 @pytest.mark.parametrize("file", sorted(TRAINING.glob("*.toml")), ids=lambda path: path.stem)
 def test_the_cascades_that_ship_are_those_of_their_recipes(file):
     recipe = read_recipe(file)
+    if read_card_of(shipped_folder() / f"{recipe.label}.npz").recipe_sha256 is None:
+        pytest.skip("trained before cards of second stages named their recipe")
     for cascade in recipe.cascades:
         path = shipped_folder() / f"{recipe.label}.{cascade.name}.xml"
         card = card_of(recipe, cascade, sum(one.count for one in recipe.scans))

@@ -63,6 +63,7 @@ def _digest(recipe: Recipe, cascade: CascadeRecipe, extras: Iterable[Extra]) -> 
         "extras": [one.tag for one in extras],
         "cascade": asdict(cascade),
         "seed": recipe.seed,
+        "neutral": sorted(recipe.neutral),
         "min_points": recipe.min_points,
         "min_visibility": recipe.min_visibility,
     }

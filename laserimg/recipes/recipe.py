@@ -85,6 +85,8 @@ class Recipe:
     cascades : tuple of CascadeRecipe
         None, one or several.
     seed : int
+    neutral : tuple of str
+        Classes of the truth that are neither learnt nor false, as they are much like this one.
     regions : bool
         Whether the rectangles of regions are proposals too.
     cost : float
@@ -106,6 +108,7 @@ class Recipe:
     scans: tuple[ScanSet, ...]
     cascades: Annotated[tuple[CascadeRecipe, ...], Field(alias="cascade")] = ()
     seed: Annotated[int, Field(ge=0, le=10**6)] = 0
+    neutral: tuple[str, ...] = ()
     regions: bool = True
     cost: Annotated[float, Field(gt=0, le=1e6)] = 0.3
     shadows: Annotated[float, Field(ge=0, le=1)] = 0.3
@@ -144,6 +147,11 @@ def read_recipe(path: Path) -> Recipe:
 def _check_names(document: TomlDocument, recipe: Recipe) -> None:
     if recipe.label not in LABELS:
         raise document.error(("class",), unknown_name(recipe.label, LABELS, "class"))
+    for number, label in enumerate(recipe.neutral):
+        if label not in LABELS:
+            raise document.error(("neutral", str(number)), unknown_name(label, LABELS, "class"))
+    if recipe.label in recipe.neutral:
+        raise document.error(("neutral",), f"{recipe.label} is what the recipe learns")
     for number, one in enumerate(recipe.scans):
         names = [("scene", one.scene, SCENES), ("scanner", one.scanner, SCANNERS)]
         names += [("more", kind, OBJECTS) for kind in one.more]

@@ -31,11 +31,16 @@ class TrainingScan:
     truth: Path
 
     def objects(self, recipe: Recipe) -> tuple[Boxes, Boxes]:
-        """Return the boxes to learn and find, and those of the class that nobody is asked for."""
+        """Return the boxes to learn and find, and those of the class, or neutral, that nobody asks for."""
         coco = read_coco(self.truth)
-        mine = [one for one in coco.annotations if coco.labels[one.category_id] == recipe.label]
-        asked = np.array([_asked_for(one, recipe) for one in mine], np.bool_)
-        boxes = as_boxes([one.bbox for one in mine] or np.empty((0, 4)))
+        labels = [coco.labels[one.category_id] for one in coco.annotations]
+        named = [
+            (label == recipe.label and _asked_for(one, recipe), one.bbox)
+            for one, label in zip(coco.annotations, labels, strict=True)
+            if label == recipe.label or label in recipe.neutral
+        ]
+        asked = np.array([is_asked for is_asked, _ in named], np.bool_)
+        boxes = as_boxes([box for _, box in named] or np.empty((0, 4)))
         return boxes[asked], boxes[~asked]
 
 

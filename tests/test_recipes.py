@@ -285,6 +285,44 @@ def truth_of_scan(folder, things):
     return truth
 
 
+def files_of(recipe, part, work, monkeypatch):
+    """The scans of a part, of which none is made."""
+    monkeypatch.setattr(scans, "make_scans", lambda plan, count, jobs: range(count))
+    return [one.path for one in scans.scans_of(recipe, part, work, 1)]
+
+
+@pytest.mark.parametrize("file", sorted(TRAINING.glob("*.toml")), ids=lambda path: path.stem)
+def test_no_scan_of_a_recipe_is_learnt_twice_and_it_sees_rooms_and_outdoors(file, tmp_path, monkeypatch):
+    recipe = read_recipe(file)
+    for part in ("train", "tune", "test"):
+        paths = files_of(recipe, part, tmp_path, monkeypatch)
+        assert len(set(paths)) == len(paths) == scans.count_of(recipe, part)
+    scenes = {one.scene for one in recipe.scans}
+    assert scenes & {"office", "corridor", "stairwell"} and scenes >= {"street", "park"}
+    assert "lms151_turn" in {one.scanner for one in recipe.scans}
+    # Some rooms have no more things of the class than rooms have by themselves.
+    if recipe.label in ("wastebasket", "office_chair", "door", "window", "stairs"):
+        assert ("office", ()) in {(one.scene, one.more) for one in recipe.scans}
+
+
+def test_recipes_share_their_scans(tmp_path, monkeypatch):
+    recipes = [read_recipe(file) for file in TRAINING.glob("*.toml")]
+    files = {
+        path
+        for recipe in recipes
+        for part in ("train", "tune", "test")
+        for path in files_of(recipe, part, tmp_path, monkeypatch)
+    }
+    assert len(files) < 5600
+
+
+def test_scans_are_counted_while_they_are_made(tmp_path, monkeypatch):
+    told = []
+    monkeypatch.setattr(scans, "make_scans", lambda plan, count, jobs: reversed(range(count)))
+    scans.scans_of(read_recipe(written(tmp_path, RECIPE)), "train", tmp_path, 1, (), told.append)
+    assert told == list(range(1, 31))
+
+
 def test_objects_that_show_too_little_are_neither_learnt_nor_missed(tmp_path):
     recipe = read_recipe(written(tmp_path, RECIPE))
     things = [  # class, returns, visibility

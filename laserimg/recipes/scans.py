@@ -70,10 +70,10 @@ def scans_of(
     tell : function
         Called with the number of scans there are so far.
     """
-    made = []
+    made: list[TrainingScan] = []
     for plan, count in _plans(recipe, part, work, extras):
-        for _ in make_scans(plan, count, jobs):
-            tell(len(made))
+        for done, _ in enumerate(make_scans(plan, count, jobs), len(made) + 1):
+            tell(done)
         made += [TrainingScan(plan.out / plan.name(i), plan.truth(i)) for i in range(count)]
     return made
 

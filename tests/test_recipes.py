@@ -15,12 +15,15 @@ from analytic import boxes_and_floor, ray_grid
 from laserimg.boxes import iou
 from laserimg.cli import main
 from laserimg.cli.train_recipe import rules_of
+from laserimg.detectors import ranked
 from laserimg.detectors.candidate import Candidate
 from laserimg.detectors.description import IMAGES, Describer
 from laserimg.detectors.look import Look
+from laserimg.detectors.ranked import proposer
+from laserimg.detectors.search import Searched, WindowDetector
 from laserimg.detectors.second_stage import MOST
 from laserimg.detectors.second_stage import seen as seen_by_judge
-from laserimg.detectors.shipped import shipped_folder
+from laserimg.detectors.shipped import load_model, shipped_folder
 from laserimg.errors import ConfigError
 from laserimg.evidence import Evidence
 from laserimg.formats.card import Card, read_card, read_card_of
@@ -29,13 +32,14 @@ from laserimg.formats.coco_file import write_coco
 from laserimg.formats.npz import write_npz
 from laserimg.images import make_images
 from laserimg.pipeline import Finding, Pipeline
-from laserimg.recipes import observation, scans
+from laserimg.recipes import look_samples, observation, scans
 from laserimg.recipes.cards import card_of, is_described_by, write_card_beside
 from laserimg.recipes.cascade_samples import COPIES, samples_of
 from laserimg.recipes.from_mesh import rules_of_mesh
 from laserimg.recipes.gloss import without_glancing
 from laserimg.recipes.look_samples import Proposed, Samples, samples_of_look
-from laserimg.recipes.measuring import _matched, pipeline_of, sent
+from laserimg.recipes.measuring import _found, _matched, pipeline_of, sent
+from laserimg.recipes.proposals import proposals, proposed_boxes
 from laserimg.recipes.recipe import read_recipe
 from laserimg.recipes.scoring import overlap_after, trained_judge
 from laserimg.recipes.threshold import _passed, chances
@@ -401,6 +405,46 @@ def test_only_the_most_promising_proposals_reach_the_second_look(tmp_path):
     _, (left,) = samples_of_look(recipe, (look,), [one], 1)
     best = np.sort(np.argsort(-(vectors @ weights))[:MOST])
     np.testing.assert_array_equal(left.boxes, many[best])
+
+
+@pytest.mark.parametrize("way", ["shadows", "gloss"])
+def test_copies_without_some_returns_teach_nothing_of_what_is_kept_out(tmp_path, monkeypatch, way):
+    seen = observed(boxes_and_floor(GRID, [BOX], noise_m=0.0))
+    recipe = replace(read_recipe(written(tmp_path, RECIPE)), **{"shadows": 0.0, "gloss": 0.0, way: 1.0})
+    one = replace(proposed_beside(seen.regions[0].box, tmp_path), boxes=np.empty((0, 4)))
+    monkeypatch.setattr(
+        look_samples, "_copies", lambda boxes, rng: np.array([[3.0, 3, 20, 20], *one.kept_out])
+    )
+    samples, _ = samples_of_look(recipe, (), [one], 1)
+    # Once in the scan as it is, once in its copy: the box of nothing alone.
+    assert samples.overlap.tolist() == [0, 0]
+    samples, _ = samples_of_look(recipe, (), [replace(one, kept_out=np.empty((0, 4)))], 1)
+    assert samples.overlap.tolist() == [0, 0, 0, 0]
+
+
+def test_what_is_learnt_from_and_measured_is_what_runs(tmp_path, monkeypatch):
+    """Coarse search, and of what it finds the best of each cascade."""
+    crowd = [((2.0, y, -1.5), (2.3, y + 0.3, -1.14)) for y in (-1.5, -0.9, -0.3, 0.3, 0.9)]
+    write_npz(boxes_and_floor(GRID, crowd, noise_m=0.0), tmp_path / "a.npz")
+    evidence = observation.observed(tmp_path / "a.npz")
+    cascade = shipped_folder() / "wastebasket.depth.xml"
+    model = load_model(cascade)
+    found = sorted(proposer(model)(evidence), key=lambda one: -one.score)
+    assert len(found) > 4 and len(WindowDetector(model)(evidence)) != len(found)
+    monkeypatch.setattr(ranked, "MOST_PROPOSED", 3)
+    stage = load_model(shipped_folder() / "wastebasket.npz")
+    runs = list(
+        ranked.RankedDetector((stage,), (proposer(model),))._proposed("wastebasket", Searched(evidence))
+    )
+    best = [one.box for one in found[:3]]
+    assert [one.box for one in proposals(evidence, (cascade,))] == [one.box for one in runs] == best
+    boxes = proposed_boxes(evidence, (cascade,), regions=True)
+    np.testing.assert_array_equal(boxes, [*best, *(region.box for region in evidence.regions)])
+    truth = truth_of_scan(tmp_path, [])
+    recipe, rules = read_recipe(written(tmp_path, RECIPE)), sent(load_rules()["wastebasket"])
+    models = cascade, shipped_folder() / "wastebasket.npz"
+    steps, _ = _found(recipe, models, rules, scans.TrainingScan(tmp_path / "a.npz", truth))
+    assert steps["cascades alone"].scores.tolist() == [one.score for one in found[:3]]
 
 
 BAD_INPUT = {

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from statistics import mode
@@ -23,23 +24,26 @@ from laserimg.detectors.ranked import proposer
 from laserimg.detectors.search import Searched, WindowDetector
 from laserimg.detectors.second_stage import MOST
 from laserimg.detectors.second_stage import seen as seen_by_judge
-from laserimg.detectors.shipped import load_model, shipped_folder
-from laserimg.errors import ConfigError
+from laserimg.detectors.shipped import detector_files, load_model, shipped_folder
+from laserimg.errors import ConfigError, LabelError, ModelError
 from laserimg.evidence import Evidence
+from laserimg.files import sha256_of
 from laserimg.formats.card import Card, read_card, read_card_of
 from laserimg.formats.coco import Annotation, Category, CocoFile, CocoImage
 from laserimg.formats.coco_file import write_coco
 from laserimg.formats.npz import write_npz
 from laserimg.images import make_images
 from laserimg.pipeline import Finding, Pipeline
-from laserimg.recipes import look_samples, observation, scans
+from laserimg.recipes import cards, look_samples, observation, proposing, run, scans
 from laserimg.recipes.cards import card_of, is_described_by, write_card_beside
-from laserimg.recipes.cascade_samples import COPIES, samples_of
-from laserimg.recipes.from_mesh import rules_of_mesh
+from laserimg.recipes.cascade_samples import COPIES, no_samples, samples_of
+from laserimg.recipes.drafts import Draft
+from laserimg.recipes.from_mesh import recipe_of_mesh, rules_of_mesh
 from laserimg.recipes.gloss import without_glancing
 from laserimg.recipes.look_samples import Proposed, Samples, samples_of_look
-from laserimg.recipes.measuring import _found, _matched, pipeline_of, sent
+from laserimg.recipes.measuring import StepScore, _found, _matched, pipeline_of, sent
 from laserimg.recipes.proposals import proposals, proposed_boxes
+from laserimg.recipes.proposing import train_proposer
 from laserimg.recipes.recipe import read_recipe
 from laserimg.recipes.scoring import overlap_after, trained_judge
 from laserimg.recipes.threshold import _passed, chances
@@ -517,21 +521,136 @@ def test_a_cascade_is_trained_again_if_what_it_depends_on_changed(tmp_path, old,
 
 def test_a_cascade_is_trained_again_if_the_mesh_changed(tmp_path):
     recipe = read_recipe(written(tmp_path, RECIPE))
+    (tmp_path / "bin.obj").write_text("v 0 0 0")
     things = [UserThing(tmp_path / "bin.obj", "bin", (0.3, 0.5), "z", f"bin_{n}") for n in "12"]
     one, other = (card_of(recipe, recipe.cascades[0], 10, [thing]) for thing in things)
     assert one != other and one == card_of(recipe, recipe.cascades[0], 10, things[:1])
+    # A second stage says the same, and both name the mesh.
+    one, other = (card_of(recipe, None, 10, [thing]) for thing in things)
+    assert one.recipe_sha256 != other.recipe_sha256
+    assert one.trained_on.endswith(f"with bin.obj (sha256 {sha256_of(tmp_path / 'bin.obj')})")
+
+
+def test_a_detector_is_trained_again_if_the_simulator_or_its_recipe_changed(tmp_path, monkeypatch):
+    recipe = read_recipe(written(tmp_path, RECIPE))
+    before = [card_of(recipe, one, 30) for one in (recipe.cascades[0], None)]
+    dearer = [card_of(replace(recipe, cost=1.0), one, 30) for one in (recipe.cascades[0], None)]
+    assert before[0] == dearer[0] and before[1].recipe_sha256 != dearer[1].recipe_sha256
+    simulator = before[0].versions["simulator"]
+    monkeypatch.setattr(cards, "sources_sha256", lambda folder: "another")
+    after = [card_of(recipe, one, 30) for one in (recipe.cascades[0], None)]
+    assert all(one.recipe_sha256 != other.recipe_sha256 for one, other in zip(before, after, strict=True))
+    assert card_of(recipe, None, 30, simulator=simulator) == before[1]
+
+
+def test_only_what_says_so_has_a_licence(tmp_path):
+    recipe = read_recipe(written(tmp_path, RECIPE))
+    assert card_of(recipe, None, 30).licence == ""
+    licensed = read_recipe(written(tmp_path, RECIPE.replace("seed = 3", 'licence = "MIT"')))
+    assert card_of(licensed, None, 30).licence == "MIT"
+    assert {read_recipe(file).licence for file in TRAINING.glob("*.toml")} == {"Apache-2.0"}
+
+
+@pytest.mark.parametrize(
+    ("scene", "scanners"),
+    [
+        ("office", ("lms200_turn", "lms200_tilt")),
+        ("stairwell", ("lms200_turn", "lms200_tilt")),
+        ("street", ("spinning128", "spinning64", "terrestrial")),
+        ("park", ("spinning128", "spinning64", "terrestrial")),
+    ],
+)
+def test_a_mesh_is_seen_by_the_scanners_of_its_place(tmp_path, scene, scanners):
+    recipe = recipe_of_mesh(user_thing(bin_mesh(tmp_path / "bin.obj"), "bin", (0.3, 0.5)), scene, 60, 0)
+    assert tuple(one.scanner for one in recipe.scans) == scanners
+    assert {(one.scene, one.count) for one in recipe.scans} == {(scene, 60 // len(scanners))}
+    assert recipe.licence == ""
+
+
+def training_of_fakes(monkeypatch, folder, chances_of):
+    """Train the wastebasket's recipe with nothing to learn: a blob and the stage that ships."""
+    recipe = read_recipe(written(folder, RECIPE))
+    shipped = load_model(shipped_folder() / "wastebasket.npz")
+
+    def proposer_of(recipe, cascade, scans, draft, jobs, extras, tell):
+        path = draft.draft / "wastebasket.depth.xml"
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(blob_xml((20, 24)))
+        write_card_beside(path, card_of(recipe, cascade, 30), stages=1)
+        return path
+
+    def scores_of(recipe, models, rules, scans, jobs, tell):
+        assert models == [folder / "wastebasket.depth.xml", folder / "wastebasket.npz"]
+        assert load_model(models[1]).shift == 7
+        return [StepScore("as shipped", 0.5, 0.5, 0.5, 1, 1)]
+
+    monkeypatch.setattr(run, "scans_of", lambda *given: [])
+    monkeypatch.setattr(run, "train_proposer", proposer_of)
+    monkeypatch.setattr(run, "train_second_stage", lambda recipe, card, *given: replace(shipped, card=card))
+    monkeypatch.setattr(run, "fused", lambda stage, *given: stage)
+    monkeypatch.setattr(run, "with_chances", chances_of)
+    monkeypatch.setattr(run, "measured", scores_of)
+    there = run.TrainingRun(folder / "work", folder, 1)
+    return run.follow(
+        recipe, there, load_rules()["wastebasket"], lambda *given: nullcontext(lambda done: None)
+    )
+
+
+def test_a_killed_training_leaves_the_detector_of_before_and_no_other(tmp_path, monkeypatch):
+    for file in shipped_folder().glob("wastebasket.*"):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    before = {path.name: path.read_bytes() for path in tmp_path.glob("wastebasket.*")}
+    assert len(before) == 4
+
+    def killed(stage, models, *given):
+        assert load_model(models[-1]).name == "wastebasket"
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        training_of_fakes(monkeypatch, tmp_path, killed)
+    assert {path.name: path.read_bytes() for path in tmp_path.glob("wastebasket.*")} == before
+    for name in before:
+        (tmp_path / name).unlink()
+    with pytest.raises(KeyboardInterrupt):
+        training_of_fakes(monkeypatch, tmp_path, killed)
+    with pytest.raises(ModelError, match="no detectors in it"):
+        detector_files(tmp_path)
+
+
+def test_a_finished_training_leaves_a_whole_detector_and_nothing_else(tmp_path, monkeypatch):
+    training_of_fakes(monkeypatch, tmp_path, lambda stage, *given: replace(stage, shift=7.0))
+    names = {path.name for path in tmp_path.iterdir()} - {"bin.toml"}
+    assert names == {f"wastebasket{end}" for end in (".npz", ".toml", ".depth.xml", ".depth.toml")}
+    card = read_card_of(tmp_path / "wastebasket.npz")
+    assert card.scores == {"ap50 as shipped": 0.5} and card.recipe_sha256 is not None
+
+
+@pytest.mark.parametrize("place", ["folder", "draft"])
+def test_a_cascade_that_is_there_is_kept_wherever_it_is(tmp_path, monkeypatch, place):
+    recipe, draft = read_recipe(written(tmp_path, RECIPE)), Draft(tmp_path, "wastebasket")
+    path = getattr(draft, place) / "wastebasket.depth.xml"
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(blob_xml((20, 24)))
+    write_card_beside(path, card := card_of(recipe, recipe.cascades[0], 0), stages=1)
+    monkeypatch.setattr(proposing, "in_order", lambda *given: [no_samples(card)])
+    assert train_proposer(recipe, recipe.cascades[0], [], draft, 1) == path
+    with pytest.raises(LabelError, match="0 windows of objects"):
+        train_proposer(replace(recipe, seed=9), recipe.cascades[0], [], draft, 1)
 
 
 @pytest.mark.parametrize("file", sorted(TRAINING.glob("*.toml")), ids=lambda path: path.stem)
-def test_the_cascades_that_ship_are_those_of_their_recipes(file):
+def test_the_detectors_that_ship_are_those_of_their_recipes(file):
     recipe = read_recipe(file)
-    if read_card_of(shipped_folder() / f"{recipe.label}.npz").recipe_sha256 is None:
+    second = shipped_folder() / f"{recipe.label}.npz"
+    if read_card_of(second).recipe_sha256 is None:
         pytest.skip("trained before cards of second stages named their recipe")
-    for cascade in recipe.cascades:
-        path = shipped_folder() / f"{recipe.label}.{cascade.name}.xml"
-        card = card_of(recipe, cascade, sum(one.count for one in recipe.scans))
+    scans = sum(one.count for one in recipe.scans)
+    for cascade in (*recipe.cascades, None):
+        path = second if cascade is None else shipped_folder() / f"{recipe.label}.{cascade.name}.xml"
+        old = read_card_of(path)
         # Trained with the programs on their cards, whatever is installed here.
-        assert is_described_by(path, replace(card, versions=read_card_of(path).versions))
+        card = card_of(recipe, cascade, scans, simulator=old.versions["simulator"])
+        assert is_described_by(path, replace(card, versions=old.versions, scores=old.scores))
 
 
 def test_every_cascade_that_ships_has_a_recipe():

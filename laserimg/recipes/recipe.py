@@ -101,6 +101,8 @@ class Recipe:
         Objects of fewer returns are neither learnt nor asked for.
     min_visibility : float
         The same for objects of which less can be seen.
+    licence : str
+        Of the detector, for its cards.
     """
 
     __pydantic_config__ = STRICT
@@ -116,6 +118,7 @@ class Recipe:
     held_out: Share = 0.2
     min_points: Count = 50
     min_visibility: Annotated[float, Field(ge=0, le=1)] = 0.5
+    licence: str = ""
     format: Literal[1] = 1
 
     def scaled(self, factor: float) -> "Recipe":

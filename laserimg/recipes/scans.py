@@ -35,7 +35,7 @@ class TrainingScan:
         coco = read_coco(self.truth)
         labels = [coco.labels[one.category_id] for one in coco.annotations]
         named = [
-            (label == recipe.label and _asked_for(one, recipe), one.bbox)
+            (label == recipe.label and asked_for(one, recipe), one.bbox)
             for one, label in zip(coco.annotations, labels, strict=True)
             if label == recipe.label or label in recipe.neutral
         ]
@@ -44,7 +44,8 @@ class TrainingScan:
         return boxes[asked], boxes[~asked]
 
 
-def _asked_for(one: Annotation, recipe: Recipe) -> bool:
+def asked_for(one: Annotation, recipe: Recipe) -> bool:
+    """Return whether enough is seen of an object of the recipe's class to be learnt and asked for."""
     clear = one.visibility is None or one.visibility >= recipe.min_visibility
     return clear and (one.area or 0) >= recipe.min_points
 

@@ -90,7 +90,7 @@ def standing_objects(scan: Scan, floor: Floor | None) -> BoolArray:
     thin_points = scan.range[::step, ::step, None] * scan.directions[::step, ::step]
     across, up = _median_pitch(scan.directions)
     thin_objects = np.ascontiguousarray(objects[::step, ::step])
-    for large in large_planes(thin_points, thin_objects, (across * step, up * step)):
+    for large in large_planes(thin_points, thin_objects, (across * step, up * step), scan.wraps):
         _take_out(objects, scan, large, step)
     return objects
 
@@ -171,7 +171,7 @@ def _fixed_limit(
 
 def _take_out(objects: BoolArray, scan: Scan, large: LargePlane, step: int) -> None:
     """Clear the returns of `objects` near the plane, within the thinned patch and a step around it."""
-    patch = np.asarray(cv2.dilate(large.mask.view(np.uint8), np.ones((3, 3), np.uint8)))
+    patch = _with_neighbours(large.mask, scan.wraps)
     rows, columns = np.flatnonzero(patch.any(axis=1)), np.flatnonzero(patch.any(axis=0))
     coarse = patch[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     full = cv2.resize(coarse, None, fx=step, fy=step, interpolation=cv2.INTER_NEAREST).view(np.bool_)
@@ -184,3 +184,11 @@ def _take_out(objects: BoolArray, scan: Scan, large: LargePlane, step: int) -> N
     near = np.abs(distance, out=distance) <= TOLERANCE_M
     near &= full[: inside.shape[0], : inside.shape[1]]
     inside &= ~near
+
+
+def _with_neighbours(mask: BoolArray, wraps: bool) -> NDArray[np.uint8]:
+    """The mask and a pixel around it; the last column is beside the first where they close a full turn."""
+    side = int(wraps)
+    pixels = cv2.copyMakeBorder(mask.view(np.uint8), 0, 0, side, side, cv2.BORDER_WRAP)
+    grown = np.asarray(cv2.dilate(pixels, np.ones((3, 3), np.uint8)), np.uint8)
+    return grown[:, side : grown.shape[1] - side]

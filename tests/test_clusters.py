@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from analytic import boxes_and_floor, ray_grid
 from laserimg.boxes import iou
-from laserimg.clusters import find_clusters
+from laserimg.clusters import find_clusters, standing_objects
 from laserimg.geometry.floor import find_floor
 from laserimg.geometry.mounting import rotated, with_up
 from laserimg.geometry.planes import Plane, fit_plane
@@ -95,6 +95,39 @@ def test_a_large_wall_is_taken_out_and_what_stands_before_it_stays():
     (region,) = regions_of(partition, wraps=False)
     box = metric_box(scan, region, find_floor(scan))
     assert (box.width, box.height) == pytest.approx((0.4, 0.5), abs=0.05)
+
+
+# A board of 2 x 2 m behind the scanner, where the turn begins and ends, and a bin before it.
+BEHIND = boxes_and_floor(
+    ray_grid(np.linspace(180.0, -180.0, 715, endpoint=False), np.arange(35.0, -50.0, -0.5), wraps=True),
+    [((-3.1, -1, -0.5), (-3, 1, 1.5)), ((-2.2, -0.15, -1.5), (-1.9, 0.15, -1.1))],
+    noise_m=0.0,
+)
+COLUMNS = BEHIND.shape[1]
+
+
+def on_board(scan):
+    """The returns of the board, a mask."""
+    points = scan.points()
+    return (np.abs(points[..., 0] + 3) < 0.01) & (points[..., 2] > -1)
+
+
+@given(st.integers(0, COLUMNS - 1))
+def test_a_board_across_the_seam_is_taken_out_wherever_the_turn_begins(shift):
+    range_m, directions = (np.roll(values, shift, axis=1) for values in (BEHIND.range, BEHIND.directions))
+    scan = Scan(range_m, directions, wraps=True)
+    objects = standing_objects(scan, find_floor(scan))
+    (region,) = regions_of(find_clusters(scan, find_floor(scan)), wraps=True)
+    middle = scan.points().reshape(-1, 3)[region.pixels].mean(axis=0)
+    assert middle == pytest.approx((-1.95, 0, -1.3), abs=0.1)
+    # The same returns, not one of them of the board.
+    board = on_board(scan)
+    assert board.sum() > 2000 and not (objects & board).any()
+
+
+def test_without_a_full_turn_the_edges_of_a_scan_are_no_neighbours():
+    objects = standing_objects(Scan(BEHIND.range, BEHIND.directions), find_floor(BEHIND))
+    assert objects[on_board(BEHIND)].all()
 
 
 @pytest.mark.parametrize("elevation", [0.0, -45.0])

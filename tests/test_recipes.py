@@ -2,6 +2,7 @@
 
 import json
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from statistics import mode
@@ -15,27 +16,34 @@ from analytic import boxes_and_floor, ray_grid
 from laserimg.boxes import iou
 from laserimg.cli import main
 from laserimg.cli.train_recipe import rules_of
+from laserimg.detectors import ranked
 from laserimg.detectors.candidate import Candidate
 from laserimg.detectors.description import IMAGES, Describer
 from laserimg.detectors.look import Look
+from laserimg.detectors.ranked import proposer
+from laserimg.detectors.search import Searched, WindowDetector
 from laserimg.detectors.second_stage import MOST
 from laserimg.detectors.second_stage import seen as seen_by_judge
-from laserimg.detectors.shipped import shipped_folder
-from laserimg.errors import ConfigError
+from laserimg.detectors.shipped import detector_files, load_model, shipped_folder
+from laserimg.errors import ConfigError, LabelError, ModelError
 from laserimg.evidence import Evidence
+from laserimg.files import sha256_of
 from laserimg.formats.card import Card, read_card, read_card_of
 from laserimg.formats.coco import Annotation, Category, CocoFile, CocoImage
 from laserimg.formats.coco_file import write_coco
 from laserimg.formats.npz import write_npz
 from laserimg.images import make_images
 from laserimg.pipeline import Finding, Pipeline
-from laserimg.recipes import observation, scans
+from laserimg.recipes import cards, look_samples, observation, proposing, run, scans
 from laserimg.recipes.cards import card_of, is_described_by, write_card_beside
-from laserimg.recipes.cascade_samples import COPIES, samples_of
-from laserimg.recipes.from_mesh import rules_of_mesh
+from laserimg.recipes.cascade_samples import COPIES, no_samples, samples_of
+from laserimg.recipes.drafts import Draft
+from laserimg.recipes.from_mesh import recipe_of_mesh, rules_of_mesh
 from laserimg.recipes.gloss import without_glancing
 from laserimg.recipes.look_samples import Proposed, Samples, samples_of_look
-from laserimg.recipes.measuring import pipeline_of, sent
+from laserimg.recipes.measuring import StepScore, _found, _matched, pipeline_of, sent
+from laserimg.recipes.proposals import proposals, proposed_boxes
+from laserimg.recipes.proposing import train_proposer
 from laserimg.recipes.recipe import read_recipe
 from laserimg.recipes.scoring import overlap_after, trained_judge
 from laserimg.recipes.threshold import _passed, chances
@@ -99,6 +107,12 @@ def test_a_recipe_is_read_and_scaled(tmp_path):
         ),
         ("office_chair", "ofice_chair", "toml:14: unknown thing 'ofice_chair', did you mean 'office_chair'"),
         ("format = 1\n", "", "must begin with format = 1"),
+        (
+            "seed = 3",
+            'neutral = ["litter_bn"]',
+            "toml:3: unknown class 'litter_bn', did you mean",
+        ),
+        ("seed = 3", 'neutral = ["wastebasket"]', "bin.toml:3: wastebasket is what the recipe learns"),
         (RECIPE[RECIPE.index("[[casc") :], "regions = false", "unknown key 'regions'"),
         (
             RECIPE,
@@ -267,20 +281,80 @@ def test_the_parts_of_a_recipe_share_no_scan_and_look_for_its_class(tmp_path, mo
     assert [extra.label for extra in made[1].extras] == ["office_chair", ""]
 
 
+def truth_of_scan(folder, things):
+    """A truth on disk of class, returns and visibility of things in a row."""
+    boxes = [
+        Annotation(number, 1, category, (number, 0, 5, 5), area=area, visibility=visibility)
+        for number, (category, area, visibility) in enumerate(things, 1)
+    ]
+    categories = Category(1, "wastebasket"), Category(2, "car"), Category(3, "litter_bin")
+    truth = folder / "truth.json"
+    write_coco(truth, CocoFile((CocoImage(1, "a.npz", 100, 50),), categories, tuple(boxes)))
+    return truth
+
+
+def files_of(recipe, part, work, monkeypatch):
+    """The scans of a part, of which none is made."""
+    monkeypatch.setattr(scans, "make_scans", lambda plan, count, jobs: range(count))
+    return [one.path for one in scans.scans_of(recipe, part, work, 1)]
+
+
+@pytest.mark.parametrize("file", sorted(TRAINING.glob("*.toml")), ids=lambda path: path.stem)
+def test_no_scan_of_a_recipe_is_learnt_twice_and_it_sees_rooms_and_outdoors(file, tmp_path, monkeypatch):
+    recipe = read_recipe(file)
+    for part in ("train", "tune", "test"):
+        paths = files_of(recipe, part, tmp_path, monkeypatch)
+        assert len(set(paths)) == len(paths) == scans.count_of(recipe, part)
+    scenes = {one.scene for one in recipe.scans}
+    assert scenes & {"office", "corridor", "stairwell"} and scenes >= {"street", "park"}
+    assert "lms151_turn" in {one.scanner for one in recipe.scans}
+    # Some rooms have no more things of the class than rooms have by themselves.
+    if recipe.label in ("wastebasket", "office_chair", "door", "window", "stairs"):
+        assert ("office", ()) in {(one.scene, one.more) for one in recipe.scans}
+
+
+def test_recipes_share_their_scans(tmp_path, monkeypatch):
+    recipes = [read_recipe(file) for file in TRAINING.glob("*.toml")]
+    files = {
+        path
+        for recipe in recipes
+        for part in ("train", "tune", "test")
+        for path in files_of(recipe, part, tmp_path, monkeypatch)
+    }
+    assert len(files) < 5600
+
+
+def test_scans_are_counted_while_they_are_made(tmp_path, monkeypatch):
+    told = []
+    monkeypatch.setattr(scans, "make_scans", lambda plan, count, jobs: reversed(range(count)))
+    scans.scans_of(read_recipe(written(tmp_path, RECIPE)), "train", tmp_path, 1, (), told.append)
+    assert told == list(range(1, 31))
+
+
 def test_objects_that_show_too_little_are_neither_learnt_nor_missed(tmp_path):
     recipe = read_recipe(written(tmp_path, RECIPE))
     things = [  # class, returns, visibility
         (1, 50, 0.5), (1, 49, 1.0), (1, 500, 0.49), (1, 500, None), (2, 500, 1.0),
     ]  # fmt: skip
-    boxes = [
-        Annotation(number, 1, category, (number, 0, 5, 5), area=area, visibility=visibility)
-        for number, (category, area, visibility) in enumerate(things, 1)
-    ]
-    categories = (Category(1, "wastebasket"), Category(2, "car"))
-    truth = tmp_path / "truth.json"
-    write_coco(truth, CocoFile((CocoImage(1, "a.npz", 100, 50),), categories, tuple(boxes)))
-    asked, ignored = scans.TrainingScan(tmp_path / "a.npz", truth).objects(recipe)
+    asked, ignored = scans.TrainingScan(tmp_path / "a.npz", truth_of_scan(tmp_path, things)).objects(recipe)
     assert (asked[:, 0].tolist(), ignored[:, 0].tolist()) == ([1, 4], [2, 3])
+
+
+def test_what_is_neutral_is_neither_learnt_nor_background_however_clear_it_is(tmp_path):
+    truth = truth_of_scan(tmp_path, [(1, 500, 1.0), (2, 500, 1.0), (3, 500, 1.0), (3, 20, 0.1)])
+    scan = scans.TrainingScan(tmp_path / "a.npz", truth)
+    recipe = read_recipe(written(tmp_path, RECIPE.replace("seed = 3", 'neutral = ["litter_bin"]')))
+    asked, ignored = scan.objects(recipe)
+    assert (asked[:, 0].tolist(), ignored[:, 0].tolist()) == ([1], [3, 4])
+    asked, ignored = scan.objects(replace(recipe, neutral=()))
+    assert (asked[:, 0].tolist(), ignored[:, 0].tolist()) == ([1], [])
+
+
+def test_a_detection_of_something_neutral_is_neither_hit_nor_false_positive():
+    asked, neutral = np.array([[0.0, 0, 10, 10]]), np.array([[40.0, 0, 10, 20]])
+    boxes = [((0.0, 0.0, 10.0, 10.0), 0.9), ((40.0, 0.0, 10.0, 18.0), 0.8), ((70.0, 0.0, 10.0, 10.0), 0.7)]
+    found = _matched(boxes, asked, neutral, None)
+    assert (found.scores.tolist(), found.hits.tolist()) == ([0.9, 0.7], [True, False])
 
 
 def proposed_beside(box, folder):
@@ -337,6 +411,46 @@ def test_only_the_most_promising_proposals_reach_the_second_look(tmp_path):
     np.testing.assert_array_equal(left.boxes, many[best])
 
 
+@pytest.mark.parametrize("way", ["shadows", "gloss"])
+def test_copies_without_some_returns_teach_nothing_of_what_is_kept_out(tmp_path, monkeypatch, way):
+    seen = observed(boxes_and_floor(GRID, [BOX], noise_m=0.0))
+    recipe = replace(read_recipe(written(tmp_path, RECIPE)), **{"shadows": 0.0, "gloss": 0.0, way: 1.0})
+    one = replace(proposed_beside(seen.regions[0].box, tmp_path), boxes=np.empty((0, 4)))
+    monkeypatch.setattr(
+        look_samples, "_copies", lambda boxes, rng: np.array([[3.0, 3, 20, 20], *one.kept_out])
+    )
+    samples, _ = samples_of_look(recipe, (), [one], 1)
+    # Once in the scan as it is, once in its copy: the box of nothing alone.
+    assert samples.overlap.tolist() == [0, 0]
+    samples, _ = samples_of_look(recipe, (), [replace(one, kept_out=np.empty((0, 4)))], 1)
+    assert samples.overlap.tolist() == [0, 0, 0, 0]
+
+
+def test_what_is_learnt_from_and_measured_is_what_runs(tmp_path, monkeypatch):
+    """Coarse search, and of what it finds the best of each cascade."""
+    crowd = [((2.0, y, -1.5), (2.3, y + 0.3, -1.14)) for y in (-1.5, -0.9, -0.3, 0.3, 0.9)]
+    write_npz(boxes_and_floor(GRID, crowd, noise_m=0.0), tmp_path / "a.npz")
+    evidence = observation.observed(tmp_path / "a.npz")
+    cascade = shipped_folder() / "wastebasket.depth.xml"
+    model = load_model(cascade)
+    found = sorted(proposer(model)(evidence), key=lambda one: -one.score)
+    assert len(found) > 4 and len(WindowDetector(model)(evidence)) != len(found)
+    monkeypatch.setattr(ranked, "MOST_PROPOSED", 3)
+    stage = load_model(shipped_folder() / "wastebasket.npz")
+    runs = list(
+        ranked.RankedDetector((stage,), (proposer(model),))._proposed("wastebasket", Searched(evidence))
+    )
+    best = [one.box for one in found[:3]]
+    assert [one.box for one in proposals(evidence, (cascade,))] == [one.box for one in runs] == best
+    boxes = proposed_boxes(evidence, (cascade,), regions=True)
+    np.testing.assert_array_equal(boxes, [*best, *(region.box for region in evidence.regions)])
+    truth = truth_of_scan(tmp_path, [])
+    recipe, rules = read_recipe(written(tmp_path, RECIPE)), sent(load_rules()["wastebasket"])
+    models = cascade, shipped_folder() / "wastebasket.npz"
+    steps, _ = _found(recipe, models, rules, scans.TrainingScan(tmp_path / "a.npz", truth))
+    assert steps["cascades alone"].scores.tolist() == [one.score for one in found[:3]]
+
+
 BAD_INPUT = {
     "folder": ("recipe . -o out", "laserimg: .: cannot be read: Is a directory"),
     "missing": ("recipe nope.toml -o out", "nope.toml: no such file"),
@@ -383,6 +497,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, laserimg, words, mes
     [
         ("seed = 3", "seed = 4", True),
         ("seed = 3", "seed = 3\nmin_points = 60", True),
+        ("seed = 3", "seed = 3\nneutral = ['litter_bin']", True),
         ("seed = 3", "seed = 3\nmin_visibility = 0.4", True),
         ('more = ["office_chair", "desk"]', 'more = ["office_chair"]', True),
         ("count = 20", "count = 21", True),
@@ -406,19 +521,136 @@ def test_a_cascade_is_trained_again_if_what_it_depends_on_changed(tmp_path, old,
 
 def test_a_cascade_is_trained_again_if_the_mesh_changed(tmp_path):
     recipe = read_recipe(written(tmp_path, RECIPE))
+    (tmp_path / "bin.obj").write_text("v 0 0 0")
     things = [UserThing(tmp_path / "bin.obj", "bin", (0.3, 0.5), "z", f"bin_{n}") for n in "12"]
     one, other = (card_of(recipe, recipe.cascades[0], 10, [thing]) for thing in things)
     assert one != other and one == card_of(recipe, recipe.cascades[0], 10, things[:1])
+    # A second stage says the same, and both name the mesh.
+    one, other = (card_of(recipe, None, 10, [thing]) for thing in things)
+    assert one.recipe_sha256 != other.recipe_sha256
+    assert one.trained_on.endswith(f"with bin.obj (sha256 {sha256_of(tmp_path / 'bin.obj')})")
+
+
+def test_a_detector_is_trained_again_if_the_simulator_or_its_recipe_changed(tmp_path, monkeypatch):
+    recipe = read_recipe(written(tmp_path, RECIPE))
+    before = [card_of(recipe, one, 30) for one in (recipe.cascades[0], None)]
+    dearer = [card_of(replace(recipe, cost=1.0), one, 30) for one in (recipe.cascades[0], None)]
+    assert before[0] == dearer[0] and before[1].recipe_sha256 != dearer[1].recipe_sha256
+    simulator = before[0].versions["simulator"]
+    monkeypatch.setattr(cards, "sources_sha256", lambda folder: "another")
+    after = [card_of(recipe, one, 30) for one in (recipe.cascades[0], None)]
+    assert all(one.recipe_sha256 != other.recipe_sha256 for one, other in zip(before, after, strict=True))
+    assert card_of(recipe, None, 30, simulator=simulator) == before[1]
+
+
+def test_only_what_says_so_has_a_licence(tmp_path):
+    recipe = read_recipe(written(tmp_path, RECIPE))
+    assert card_of(recipe, None, 30).licence == ""
+    licensed = read_recipe(written(tmp_path, RECIPE.replace("seed = 3", 'licence = "MIT"')))
+    assert card_of(licensed, None, 30).licence == "MIT"
+    assert {read_recipe(file).licence for file in TRAINING.glob("*.toml")} == {"Apache-2.0"}
+
+
+@pytest.mark.parametrize(
+    ("scene", "scanners"),
+    [
+        ("office", ("lms200_turn", "lms200_tilt")),
+        ("stairwell", ("lms200_turn", "lms200_tilt")),
+        ("street", ("spinning128", "spinning64", "terrestrial")),
+        ("park", ("spinning128", "spinning64", "terrestrial")),
+    ],
+)
+def test_a_mesh_is_seen_by_the_scanners_of_its_place(tmp_path, scene, scanners):
+    recipe = recipe_of_mesh(user_thing(bin_mesh(tmp_path / "bin.obj"), "bin", (0.3, 0.5)), scene, 60, 0)
+    assert tuple(one.scanner for one in recipe.scans) == scanners
+    assert {(one.scene, one.count) for one in recipe.scans} == {(scene, 60 // len(scanners))}
+    assert recipe.licence == ""
+
+
+def training_of_fakes(monkeypatch, folder, chances_of):
+    """Train the wastebasket's recipe with nothing to learn: a blob and the stage that ships."""
+    recipe = read_recipe(written(folder, RECIPE))
+    shipped = load_model(shipped_folder() / "wastebasket.npz")
+
+    def proposer_of(recipe, cascade, scans, draft, jobs, extras, tell):
+        path = draft.draft / "wastebasket.depth.xml"
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(blob_xml((20, 24)))
+        write_card_beside(path, card_of(recipe, cascade, 30), stages=1)
+        return path
+
+    def scores_of(recipe, models, rules, scans, jobs, tell):
+        assert models == [folder / "wastebasket.depth.xml", folder / "wastebasket.npz"]
+        assert load_model(models[1]).shift == 7
+        return [StepScore("as shipped", 0.5, 0.5, 0.5, 1, 1)]
+
+    monkeypatch.setattr(run, "scans_of", lambda *given: [])
+    monkeypatch.setattr(run, "train_proposer", proposer_of)
+    monkeypatch.setattr(run, "train_second_stage", lambda recipe, card, *given: replace(shipped, card=card))
+    monkeypatch.setattr(run, "fused", lambda stage, *given: stage)
+    monkeypatch.setattr(run, "with_chances", chances_of)
+    monkeypatch.setattr(run, "measured", scores_of)
+    there = run.TrainingRun(folder / "work", folder, 1)
+    return run.follow(
+        recipe, there, load_rules()["wastebasket"], lambda *given: nullcontext(lambda done: None)
+    )
+
+
+def test_a_killed_training_leaves_the_detector_of_before_and_no_other(tmp_path, monkeypatch):
+    for file in shipped_folder().glob("wastebasket.*"):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    before = {path.name: path.read_bytes() for path in tmp_path.glob("wastebasket.*")}
+    assert len(before) == 4
+
+    def killed(stage, models, *given):
+        assert load_model(models[-1]).name == "wastebasket"
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        training_of_fakes(monkeypatch, tmp_path, killed)
+    assert {path.name: path.read_bytes() for path in tmp_path.glob("wastebasket.*")} == before
+    for name in before:
+        (tmp_path / name).unlink()
+    with pytest.raises(KeyboardInterrupt):
+        training_of_fakes(monkeypatch, tmp_path, killed)
+    with pytest.raises(ModelError, match="no detectors in it"):
+        detector_files(tmp_path)
+
+
+def test_a_finished_training_leaves_a_whole_detector_and_nothing_else(tmp_path, monkeypatch):
+    training_of_fakes(monkeypatch, tmp_path, lambda stage, *given: replace(stage, shift=7.0))
+    names = {path.name for path in tmp_path.iterdir()} - {"bin.toml"}
+    assert names == {f"wastebasket{end}" for end in (".npz", ".toml", ".depth.xml", ".depth.toml")}
+    card = read_card_of(tmp_path / "wastebasket.npz")
+    assert card.scores == {"ap50 as shipped": 0.5} and card.recipe_sha256 is not None
+
+
+@pytest.mark.parametrize("place", ["folder", "draft"])
+def test_a_cascade_that_is_there_is_kept_wherever_it_is(tmp_path, monkeypatch, place):
+    recipe, draft = read_recipe(written(tmp_path, RECIPE)), Draft(tmp_path, "wastebasket")
+    path = getattr(draft, place) / "wastebasket.depth.xml"
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(blob_xml((20, 24)))
+    write_card_beside(path, card := card_of(recipe, recipe.cascades[0], 0), stages=1)
+    monkeypatch.setattr(proposing, "in_order", lambda *given: [no_samples(card)])
+    assert train_proposer(recipe, recipe.cascades[0], [], draft, 1) == path
+    with pytest.raises(LabelError, match="0 windows of objects"):
+        train_proposer(replace(recipe, seed=9), recipe.cascades[0], [], draft, 1)
 
 
 @pytest.mark.parametrize("file", sorted(TRAINING.glob("*.toml")), ids=lambda path: path.stem)
-def test_the_cascades_that_ship_are_those_of_their_recipes(file):
+def test_the_detectors_that_ship_are_those_of_their_recipes(file):
     recipe = read_recipe(file)
-    for cascade in recipe.cascades:
-        path = shipped_folder() / f"{recipe.label}.{cascade.name}.xml"
-        card = card_of(recipe, cascade, sum(one.count for one in recipe.scans))
+    second = shipped_folder() / f"{recipe.label}.npz"
+    if read_card_of(second).recipe_sha256 is None:
+        pytest.skip("trained before cards of second stages named their recipe")
+    scans = sum(one.count for one in recipe.scans)
+    for cascade in (*recipe.cascades, None):
+        path = second if cascade is None else shipped_folder() / f"{recipe.label}.{cascade.name}.xml"
+        old = read_card_of(path)
         # Trained with the programs on their cards, whatever is installed here.
-        assert is_described_by(path, replace(card, versions=read_card_of(path).versions))
+        card = card_of(recipe, cascade, scans, simulator=old.versions["simulator"])
+        assert is_described_by(path, replace(card, versions=old.versions, scores=old.scores))
 
 
 def test_every_cascade_that_ships_has_a_recipe():

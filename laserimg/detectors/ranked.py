@@ -64,12 +64,17 @@ class RankedDetector:
     def _proposed(self, label: str, searched: Searched) -> Iterator[Candidate]:
         for window in self.windows:
             if window.model.card.label == label:
-                yield from sorted(window.found(searched), key=lambda one: -one.score)[:MOST_PROPOSED]
+                yield from proposed_by(window, searched)
 
 
 def proposer(model: WindowModel, scale: Scale = "metric") -> WindowDetector:
     """Return the detector that proposes what a model finds to a second stage."""
     return WindowDetector(replace(model, coarse=True) if isinstance(model, CascadeModel) else model, scale)
+
+
+def proposed_by(window: WindowDetector, searched: Searched) -> list[Candidate]:
+    """Return the boxes of a `proposer` that a second stage looks at, in use and in training, best first."""
+    return sorted(window.found(searched), key=lambda one: -one.score)[:MOST_PROPOSED]
 
 
 def _of_region(stage: SecondStage, region: Region) -> Candidate:

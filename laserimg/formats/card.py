@@ -66,7 +66,8 @@ class Card:
     trained_on : str
     seed : int or None
     recipe_sha256 : str or None
-        Of all in a recipe that a cascade depends on: by another one it is trained anew.
+        Of all in a recipe, and of the simulator, that the detector depends on: a cascade of another one is
+        trained anew.
     licence : str
     versions : mapping of str to str
         Of the programs that trained it.

@@ -40,7 +40,9 @@ class LargePlane:
     mask: BoolArray
 
 
-def large_planes(points: Float32Array, takes_part: BoolArray, pitch: tuple[float, float]) -> list[LargePlane]:
+def large_planes(
+    points: Float32Array, takes_part: BoolArray, pitch: tuple[float, float], wraps: bool = False
+) -> list[LargePlane]:
     """Return the planes that have a connected patch of at least `MIN_AREA_M2`, largest first.
 
     A consensus search with a fixed seed, in which a return counts with the area it stands for
@@ -55,6 +57,8 @@ def large_planes(points: Float32Array, takes_part: BoolArray, pitch: tuple[float
         Returns to search, usually without the floor.
     pitch : (float, float)
         Median angle in radians between neighbours of this lattice, across and up.
+    wraps : bool
+        The columns close a full turn: a patch may lie on both sides of the seam.
     """
     pixels = np.flatnonzero(takes_part)
     if len(pixels) < 3:
@@ -80,7 +84,7 @@ def large_planes(points: Float32Array, takes_part: BoolArray, pitch: tuple[float
         for tolerance in (3 * TOLERANCE_M, 2 * TOLERANCE_M, TOLERANCE_M):
             plane = refit_plane(plane, sample[still_free], tolerance, rounds=1)
         votes_for[:, best] = 0
-        large = _patches(plane, points, free, pitch)
+        large = _patches(plane, points, free, pitch, wraps)
         if large is not None:
             found.append(large)
             free &= ~large.mask
@@ -110,12 +114,14 @@ def _drawn(
 
 
 def _patches(
-    plane: Plane, points: Float32Array, free: BoolArray, pitch: tuple[float, float]
+    plane: Plane, points: Float32Array, free: BoolArray, pitch: tuple[float, float], wraps: bool
 ) -> LargePlane | None:
     """Keep the large connected patches of the free points near a plane."""
     plane = plane if plane.offset_m < 0 else Plane(-plane.normal, -plane.offset_m)
     mask = free & (np.abs(plane.distance(points)) <= TOLERANCE_M)
     patch = np.asarray(cv2.connectedComponents(mask.view(np.uint8), connectivity=8)[1], np.int32)
+    if wraps:
+        patch = _joined_at_seam(patch)
     inside = patch[mask]
     if len(inside) == 0:
         return None
@@ -127,3 +133,20 @@ def _patches(
     large &= np.bincount(inside, minlength=len(large)) >= _MIN_PIXELS
     large[0] = False
     return LargePlane(plane, large[patch]) if large.any() else None
+
+
+def _joined_at_seam(patch: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Give patches (H, W) that touch across the first and the last column one number."""
+    first, last = patch[:, 0].tolist(), patch[:, -1].tolist()
+    beside = (
+        zip(first, last, strict=True),
+        zip(first[1:], last, strict=False),
+        zip(first, last[1:], strict=False),
+    )
+    pairs = {(one, other) for pairs in beside for one, other in pairs if one and other}
+    if not pairs:
+        return patch
+    number = np.arange(int(patch.max()) + 1, dtype=np.int32)
+    for one, other in pairs:
+        number[number == number[other]] = number[one]
+    return number[patch]

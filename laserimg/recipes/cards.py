@@ -10,17 +10,26 @@ from typing import Any
 
 import cv2
 
+import laserimg.simulate
 from laserimg.detectors.description import SIDE
 from laserimg.errors import ModelError
+from laserimg.files import sources_sha256
 from laserimg.formats.card import Card, card_path, file_sha256, read_card_of, write_card
 from laserimg.recipes.recipe import CascadeRecipe, Recipe
 from laserimg.simulate.sets import Extra
+from laserimg.simulate.user_mesh import UserThing
 
-LICENCE = "Apache-2.0"
 _NO_FILE = "0" * 64
+_SIMULATOR = Path(laserimg.simulate.__file__).parent
 
 
-def card_of(recipe: Recipe, cascade: CascadeRecipe | None, scans: int, extras: Iterable[Extra] = ()) -> Card:
+def card_of(
+    recipe: Recipe,
+    cascade: CascadeRecipe | None,
+    scans: int,
+    extras: Iterable[Extra] = (),
+    simulator: str | None = None,
+) -> Card:
     """Return the card of a cascade, or of the second stage, before its file is written.
 
     Parameters
@@ -32,15 +41,18 @@ def card_of(recipe: Recipe, cascade: CascadeRecipe | None, scans: int, extras: I
         Simulated scans it is trained on.
     extras : iterable of Extra
         Things of the user in them.
+    simulator : str, optional
+        Digest of the simulator that made them; by default this one.
     """
-    scenes = ", ".join(sorted({f"{one.scene} by {one.scanner}" for one in recipe.scans}))
+    extras, simulator = tuple(extras), simulator or sources_sha256(_SIMULATOR)
     common: dict[str, Any] = {
         "label": recipe.label,
         "sha256": _NO_FILE,
-        "trained_on": f"{scans} simulated scans: {scenes}",
+        "trained_on": _trained_on(recipe, scans, extras),
         "seed": recipe.seed,
-        "licence": LICENCE,
-        "versions": {"laserimg": version("laserimg"), "opencv": cv2.__version__},
+        "recipe_sha256": _digest(recipe, cascade, extras, simulator),
+        "licence": recipe.licence,
+        "versions": {"laserimg": version("laserimg"), "opencv": cv2.__version__, "simulator": simulator},
     }
     if cascade is None:
         return Card(kind="svm", image="normals_view", window=(SIDE, SIDE), **common)
@@ -50,22 +62,36 @@ def card_of(recipe: Recipe, cascade: CascadeRecipe | None, scans: int, extras: I
         window=cascade.window,
         object_size_m=cascade.object_size_m,
         margin=cascade.margin,
-        recipe_sha256=_digest(recipe, cascade, extras),
         **common,
     )
 
 
-def _digest(recipe: Recipe, cascade: CascadeRecipe, extras: Iterable[Extra]) -> str:
-    """SHA-256 of what a cascade depends on: what comes after it, such as the SVM, is left out."""
-    parts = {
-        "class": recipe.label,
-        "scans": [asdict(one) for one in recipe.scans],
-        "extras": [one.tag for one in extras],
-        "cascade": asdict(cascade),
-        "seed": recipe.seed,
-        "min_points": recipe.min_points,
-        "min_visibility": recipe.min_visibility,
-    }
+def _trained_on(recipe: Recipe, scans: int, extras: Iterable[Extra]) -> str:
+    """What was learnt from, with the digest of each mesh file in it."""
+    scenes = ", ".join(sorted({f"{one.scene} by {one.scanner}" for one in recipe.scans}))
+    meshes = [
+        f"with {one.path.name} (sha256 {file_sha256(one.path)})"
+        for one in extras
+        if isinstance(one, UserThing)
+    ]
+    return "; ".join([f"{scans} simulated scans: {scenes}", *meshes])
+
+
+def _digest(recipe: Recipe, cascade: CascadeRecipe | None, extras: Iterable[Extra], simulator: str) -> str:
+    """SHA-256 of what a cascade depends on, without what comes after it; of a second stage, of all."""
+    if cascade is None:
+        parts = asdict(replace(recipe, licence=""))
+    else:
+        parts = {
+            "class": recipe.label,
+            "scans": [asdict(one) for one in recipe.scans],
+            "cascade": asdict(cascade),
+            "seed": recipe.seed,
+            "neutral": sorted(recipe.neutral),
+            "min_points": recipe.min_points,
+            "min_visibility": recipe.min_visibility,
+        }
+    parts |= {"extras": [one.tag for one in extras], "simulator": simulator}
     return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 

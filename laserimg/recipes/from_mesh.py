@@ -9,7 +9,9 @@ from laserimg.simulate.user_mesh import UserThing, standing
 _WINDOW_AREA, _LEAST_SIDE, _MOST_SIDE = 480, 12, 48
 # Measured sizes of a thing partly hidden, or cut at the foot, are smaller than its own; noise adds.
 _SMALLEST, _LARGEST = 0.6, 1.15
-SCANNERS = ("lms200_turn", "lms200_tilt")
+# Whose scans to learn from: rooms are seen by other scanners than streets.
+INDOORS, OUTDOORS = ("lms200_turn", "lms200_tilt"), ("spinning128", "spinning64", "terrestrial")
+_OUTDOOR_SCENES = ("park", "street")
 
 
 def recipe_of_mesh(thing: UserThing, scene: str, scans: int, seed: int) -> Recipe:
@@ -21,7 +23,7 @@ def recipe_of_mesh(thing: UserThing, scene: str, scans: int, seed: int) -> Recip
     scene : str
         Where it is found.
     scans : int
-        To train on, by two scanners.
+        To train on, by some scanners of such places in equal parts.
     seed : int
     """
     width, height = usual_size(thing)
@@ -30,7 +32,8 @@ def recipe_of_mesh(thing: UserThing, scene: str, scans: int, seed: int) -> Recip
         int(np.clip(round(side), _LEAST_SIDE, _MOST_SIDE))
         for side in (np.sqrt(_WINDOW_AREA * ratio), np.sqrt(_WINDOW_AREA / ratio))
     )
-    sets = tuple(ScanSet(scene, scanner, max(1, scans // len(SCANNERS))) for scanner in SCANNERS)
+    scanners = OUTDOORS if scene in _OUTDOOR_SCENES else INDOORS
+    sets = tuple(ScanSet(scene, scanner, max(1, scans // len(scanners))) for scanner in scanners)
     size = round(width, 3), round(height, 3)
     cascade = CascadeRecipe("depth", "depth_relative", (window[0], window[1]), size)
     return Recipe(thing.label, sets, (cascade,), seed)

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from laserimg.cascade.folder import one_thread
 from laserimg.detectors.description import Describer
 from laserimg.detectors.second_stage import SecondStage
-from laserimg.recipes.look_samples import overlap_with, proposed_boxes
+from laserimg.recipes.look_samples import overlap_with
 from laserimg.recipes.measuring import MIN_IOU
 from laserimg.recipes.observation import killed, observed
+from laserimg.recipes.proposals import proposed_boxes
 from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import TrainingScan
 from laserimg.recipes.threshold import fitted_odds

@@ -2,25 +2,21 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
-from laserimg.boxes import Boxes, as_boxes, iou
+from laserimg.boxes import Boxes, iou
 from laserimg.cascade.folder import one_thread
 from laserimg.detectors.description import Describer
 from laserimg.detectors.look import Look
-from laserimg.detectors.ranked import proposer
-from laserimg.detectors.search import WindowDetector
 from laserimg.detectors.second_stage import MOST, seen
-from laserimg.detectors.shipped import load_model
-from laserimg.evidence import Evidence
-from laserimg.files import changed_ns
 from laserimg.recipes.gloss import without_glancing
 from laserimg.recipes.observation import killed, observed
+from laserimg.recipes.proposals import proposed_boxes
 from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import TrainingScan
 from laserimg.recipes.shadows import in_shadow
@@ -37,8 +33,6 @@ MAX_SHIFT, MAX_GROWTH = 0.25, 0.35
 OF_SCAN = 60
 # A box that overlaps an object nobody asks for by as much is neither learnt nor background.
 _UNCLEAR = 0.3
-
-_NO_BOXES = np.empty((0, 4))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -132,20 +126,6 @@ def joined(parts: Sequence[Samples]) -> Samples:
     )
 
 
-def proposed_boxes(evidence: Evidence, cascades: tuple[Path, ...], regions: bool) -> Boxes:
-    """Return what the cascades of a class, and the regions, propose in a scan."""
-    detectors = _detectors(cascades, tuple(map(changed_ns, cascades)))
-    boxes = [one.box for detector in detectors for one in detector(evidence)]
-    if regions:
-        boxes += [region.box for region in evidence.regions]
-    return as_boxes(boxes or _NO_BOXES)
-
-
-@lru_cache(maxsize=4)
-def _detectors(cascades: tuple[Path, ...], _changed_ns: tuple[int, ...]) -> tuple[WindowDetector, ...]:
-    return tuple(proposer(load_model(path)) for path in cascades)  # type: ignore[arg-type]
-
-
 def _proposed(recipe: Recipe, cascades: tuple[Path, ...], item: tuple[int, TrainingScan]) -> Proposed:
     number, scan = item
     with one_thread():
@@ -164,14 +144,15 @@ def _samples(
         left = _most_promising(looks[0], one.boxes, describe) if looks else one.boxes
         boxes = np.concatenate([left, _copies(learnt, rng)])
         parts = [_taught(describe, boxes, learnt, one.kept_out, looks, judged, rng)]
+        others = np.concatenate([learnt, one.kept_out])
         for box in learnt:
             if rng.uniform() < recipe.shadows:
                 shaded, rest = in_shadow(evidence, box, rng)
                 copies = _copies(rest, rng)
-                parts.append(_taught(Describer.of(shaded), copies, rest, learnt, looks, judged, rng))
+                parts.append(_taught(Describer.of(shaded), copies, rest, others, looks, judged, rng))
             if recipe.gloss > 0 and rng.uniform() < recipe.gloss:
                 glossy, copies = without_glancing(evidence, box, rng), _copies(box[None], rng)
-                parts.append(_taught(Describer.of(glossy), copies, box[None], learnt, looks, judged, rng))
+                parts.append(_taught(Describer.of(glossy), copies, box[None], others, looks, judged, rng))
     return joined(parts), replace(one, boxes=left)
 
 

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from laserimg.boxes import Boxes, as_boxes
 from laserimg.cascade.folder import one_thread
-from laserimg.detectors.search import WindowDetector
 from laserimg.detectors.shipped import load_model
 from laserimg.evaluate.curves import Curve
 from laserimg.evaluate.matching import match
@@ -18,6 +17,7 @@ from laserimg.evidence import Box
 from laserimg.files import changed_ns
 from laserimg.pipeline import Finding, Pipeline
 from laserimg.recipes.observation import killed, observed
+from laserimg.recipes.proposals import proposals
 from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import TrainingScan
 from laserimg.rules.model import QUANTITIES, ClassRules, Interval, OnFail, Rules, Source
@@ -147,10 +147,9 @@ def _found(
         steps: dict[str, Scored] = dict(_gates(pipeline_of(models, rules, True).judge(evidence)))
         shipped = pipeline_of(models, rules, False).judge(evidence)
         steps[STEPS[4]] = [(f.box, f.score) for f in shipped if f.accepted]
-        cascades = [load_model(path) for path in models if path.suffix == ".xml"]
-        alone = [one for model in cascades for one in WindowDetector(model)(evidence)]  # type: ignore[arg-type]
+        cascades = tuple(path for path in models if path.suffix == ".xml")
         if cascades:
-            steps[STEPS[0]] = [(one.box, one.score) for one in alone]
+            steps[STEPS[0]] = [(one.box, one.score) for one in proposals(evidence, cascades)]
     width = evidence.scan.shape[1] if evidence.scan.wraps else None
     found = {step: _matched(candidates, asked, ignored, width) for step, candidates in steps.items()}
     return found, len(asked)

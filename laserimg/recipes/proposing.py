@@ -17,6 +17,7 @@ from laserimg.errors import LabelError
 from laserimg.formats.card import Card
 from laserimg.recipes.cards import card_of, is_described_by, write_card_beside
 from laserimg.recipes.cascade_samples import Samples, Views, no_samples, samples_of
+from laserimg.recipes.drafts import Draft
 from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import CascadeRecipe, Recipe
 from laserimg.recipes.scans import TrainingScan
@@ -34,24 +35,27 @@ def train_proposer(
     recipe: Recipe,
     cascade: CascadeRecipe,
     scans: list[TrainingScan],
-    out: Path,
+    out: Draft,
     jobs: int,
     extras: tuple[Extra, ...] = (),
     tell: Callable[[int], None] = lambda done: None,
 ) -> Path:
-    """Train a cascade and write it with its card; return its file.
+    """Train a cascade and write it with its card into a draft; return its file.
 
-    One that is there already, with the card that this recipe and these extras give it, is kept.
+    One that is there already, in the draft or in its folder, with the card that this recipe and these extras
+    give it, is kept.
 
     Raises
     ------
     LabelError
         If the scans show too few objects.
     """
-    path = out / f"{recipe.label}.{cascade.name}.xml"
+    name = f"{recipe.label}.{cascade.name}.xml"
     card = card_of(recipe, cascade, len(scans), extras)
-    if is_described_by(path, card):
-        return path
+    for kept in (out.folder / name, out.draft / name):
+        if is_described_by(kept, card):
+            return kept
+    path = out.draft / name
     every = -(-len(scans) // MOST_BACKGROUNDS)
     samples = in_order(partial(_samples, recipe, card, every), enumerate(scans), jobs, _died, tell)
     positives = np.concatenate([one.positives for one in samples])

@@ -85,6 +85,8 @@ class Recipe:
     cascades : tuple of CascadeRecipe
         None, one or several.
     seed : int
+    neutral : tuple of str
+        Classes of the truth that are neither learnt nor false, as they are much like this one.
     regions : bool
         Whether the rectangles of regions are proposals too.
     cost : float
@@ -99,6 +101,8 @@ class Recipe:
         Objects of fewer returns are neither learnt nor asked for.
     min_visibility : float
         The same for objects of which less can be seen.
+    licence : str
+        Of the detector, for its cards.
     """
 
     __pydantic_config__ = STRICT
@@ -106,6 +110,7 @@ class Recipe:
     scans: tuple[ScanSet, ...]
     cascades: Annotated[tuple[CascadeRecipe, ...], Field(alias="cascade")] = ()
     seed: Annotated[int, Field(ge=0, le=10**6)] = 0
+    neutral: tuple[str, ...] = ()
     regions: bool = True
     cost: Annotated[float, Field(gt=0, le=1e6)] = 0.3
     shadows: Annotated[float, Field(ge=0, le=1)] = 0.3
@@ -113,6 +118,7 @@ class Recipe:
     held_out: Share = 0.2
     min_points: Count = 50
     min_visibility: Annotated[float, Field(ge=0, le=1)] = 0.5
+    licence: str = ""
     format: Literal[1] = 1
 
     def scaled(self, factor: float) -> "Recipe":
@@ -144,6 +150,11 @@ def read_recipe(path: Path) -> Recipe:
 def _check_names(document: TomlDocument, recipe: Recipe) -> None:
     if recipe.label not in LABELS:
         raise document.error(("class",), unknown_name(recipe.label, LABELS, "class"))
+    for number, label in enumerate(recipe.neutral):
+        if label not in LABELS:
+            raise document.error(("neutral", str(number)), unknown_name(label, LABELS, "class"))
+    if recipe.label in recipe.neutral:
+        raise document.error(("neutral",), f"{recipe.label} is what the recipe learns")
     for number, one in enumerate(recipe.scans):
         names = [("scene", one.scene, SCENES), ("scanner", one.scanner, SCANNERS)]
         names += [("more", kind, OBJECTS) for kind in one.more]

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from laserimg.detectors.second_stage import SecondStage, save_second_stage
 from laserimg.files import atomic_write
-from laserimg.recipes.cards import write_card_beside
+from laserimg.recipes.cards import card_of, write_card_beside
+from laserimg.recipes.drafts import Draft
 from laserimg.recipes.fusing import fused
 from laserimg.recipes.measuring import StepScore, measured
 from laserimg.recipes.proposing import train_proposer
@@ -67,24 +68,27 @@ def follow(recipe: Recipe, run: TrainingRun, rules: ClassRules, step: Steps) -> 
         Without Embree.
     """
     train = run.scans(recipe, "train", step)
+    draft = Draft(run.out, recipe.label)
     cascades = []
     for cascade in recipe.cascades:
         with step(f"{recipe.label}: cascade {cascade.name}", len(train)) as tell:
-            cascades.append(train_proposer(recipe, cascade, train, run.out, run.jobs, run.extras, tell))
+            cascades.append(train_proposer(recipe, cascade, train, draft, run.jobs, run.extras, tell))
     with step(f"{recipe.label}: second stage", scans_looked_at(len(train))) as tell:
-        stage = train_second_stage(recipe, cascades, train, run.jobs, tell)
+        card = card_of(recipe, None, len(train), run.extras)
+        stage = train_second_stage(recipe, card, cascades, train, run.jobs, tell)
     tune = run.scans(recipe, "tune", step)
     with step(f"{recipe.label}: weights", len(tune)) as tell:
         stage = fused(stage, recipe, cascades, tune, run.jobs, tell)
-    second = _write(stage, run.out / f"{recipe.label}.npz")
+    second = _write(stage, draft.draft / f"{recipe.label}.npz")
     models = [*cascades, second]
     with step(f"{recipe.label}: chances", len(tune)) as tell:
         stage = with_chances(stage, models, recipe, rules, tune, run.jobs, tell)
     _write(stage, second)
+    models = draft.published(models)
     test = run.scans(recipe, "test", step)
     with step(f"{recipe.label}: measuring", len(test)) as tell:
         scores = measured(recipe, models, rules, test, run.jobs, tell)
-    write_card_beside(second, stage.card, scores=_written(scores))
+    write_card_beside(models[-1], stage.card, scores=_written(scores))
     return scores
 
 

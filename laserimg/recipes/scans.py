@@ -31,15 +31,21 @@ class TrainingScan:
     truth: Path
 
     def objects(self, recipe: Recipe) -> tuple[Boxes, Boxes]:
-        """Return the boxes to learn and find, and those of the class that nobody is asked for."""
+        """Return the boxes to learn and find, and those of the class, or neutral, that nobody asks for."""
         coco = read_coco(self.truth)
-        mine = [one for one in coco.annotations if coco.labels[one.category_id] == recipe.label]
-        asked = np.array([_asked_for(one, recipe) for one in mine], np.bool_)
-        boxes = as_boxes([one.bbox for one in mine] or np.empty((0, 4)))
+        labels = [coco.labels[one.category_id] for one in coco.annotations]
+        named = [
+            (label == recipe.label and asked_for(one, recipe), one.bbox)
+            for one, label in zip(coco.annotations, labels, strict=True)
+            if label == recipe.label or label in recipe.neutral
+        ]
+        asked = np.array([is_asked for is_asked, _ in named], np.bool_)
+        boxes = as_boxes([box for _, box in named] or np.empty((0, 4)))
         return boxes[asked], boxes[~asked]
 
 
-def _asked_for(one: Annotation, recipe: Recipe) -> bool:
+def asked_for(one: Annotation, recipe: Recipe) -> bool:
+    """Return whether enough is seen of an object of the recipe's class to be learnt and asked for."""
     clear = one.visibility is None or one.visibility >= recipe.min_visibility
     return clear and (one.area or 0) >= recipe.min_points
 
@@ -65,10 +71,10 @@ def scans_of(
     tell : function
         Called with the number of scans there are so far.
     """
-    made = []
+    made: list[TrainingScan] = []
     for plan, count in _plans(recipe, part, work, extras):
-        for _ in make_scans(plan, count, jobs):
-            tell(len(made))
+        for done, _ in enumerate(make_scans(plan, count, jobs), len(made) + 1):
+            tell(done)
         made += [TrainingScan(plan.out / plan.name(i), plan.truth(i)) for i in range(count)]
     return made
 

@@ -13,9 +13,9 @@ from laserimg.detectors.boosted_trees import BoostedTrees
 from laserimg.detectors.look import Look
 from laserimg.detectors.second_stage import SecondStage
 from laserimg.errors import LabelError
+from laserimg.formats.card import Card
 from laserimg.hog_training.svm import Plane, fit_svm
 from laserimg.recipes.boosting import fit_trees
-from laserimg.recipes.cards import card_of
 from laserimg.recipes.look_samples import (
     CORRECTED,
     OF_NONE,
@@ -47,6 +47,7 @@ def scans_looked_at(scans: int) -> int:
 
 def train_second_stage(
     recipe: Recipe,
+    card: Card,
     cascades: list[Path],
     scans: list[TrainingScan],
     jobs: int,
@@ -57,6 +58,8 @@ def train_second_stage(
     Parameters
     ----------
     recipe : Recipe
+    card : Card
+        Of the second stage.
     cascades : list of Path
     scans : list of TrainingScan
     jobs : int
@@ -79,7 +82,7 @@ def train_second_stage(
         if len(looks) == LOOKS:
             break
     judge = trained_judge(samples, looks[-1], jobs)
-    return SecondStage(recipe.label, card_of(recipe, None, len(scans)), looks, judge, regions=recipe.regions)
+    return SecondStage(recipe.label, card, looks, judge, regions=recipe.regions)
 
 
 def trained_look(samples: Samples, recipe: Recipe) -> Look:

@@ -88,7 +88,7 @@ def standing_objects(scan: Scan, floor: Floor | None) -> BoolArray:
         objects &= heights_over(floor.plane, scan.range, scan.directions) > floor.clearance_m
     step = max(1, round(np.sqrt(objects.size / _THIN_PIXELS)))
     thin_points = scan.range[::step, ::step, None] * scan.directions[::step, ::step]
-    across, up = _median_pitch(scan.directions)
+    across, up = median_pitch(scan.directions)
     thin_objects = np.ascontiguousarray(objects[::step, ::step])
     for large in large_planes(thin_points, thin_objects, (across * step, up * step), scan.wraps):
         _take_out(objects, scan, large, step)
@@ -113,14 +113,14 @@ def link_limits(directions: Float32Array, link: float) -> dict[Offset, NDArray[n
 def _offsets(directions: Float32Array, link: float) -> list[Offset]:
     """Offsets worth comparing, up to the farthest whose rays are no more than `link` apart."""
     offsets: list[Offset] = []
-    for axis, pitch in enumerate(_median_pitch(directions)):
+    for axis, pitch in enumerate(median_pitch(directions)):
         farthest = min(int(link / max(pitch, 1e-6)), MAX_REACH, directions.shape[1 - axis] // 2 - 1)
         reaches = sorted({1, *(reach for reach in BRIDGES if reach < farthest), max(farthest, 1)})
         offsets += [(0, reach) if axis == 0 else (reach, 0) for reach in reaches]
     return offsets
 
 
-def _median_pitch(directions: Float32Array) -> tuple[float, float]:
+def median_pitch(directions: Float32Array) -> tuple[float, float]:
     """Median angle between neighbouring rays, across and up."""
     across = np.median(_chords_of_columns(directions, (0, 1)))
     up = np.median(_chords_of_rows(directions, (1, 0)))

@@ -1,6 +1,7 @@
 """Ground outdoors: a plane and its slow unevenness, over points in any order or in the image of a scan."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -21,12 +22,14 @@ MAX_BELOW = 0.5
 _TRIALS = 400
 _SAMPLE = 2000
 _SEARCHED = 20_000
-# The unevenness is a mean over windows of this many metres, or of this many degrees across and up.
+# The unevenness is a mean over cells of this many metres and their neighbours. Windows of the image in their
+# place climbed up what stands near, 0.8 m up a wall at 3 m: there a window is all wall.
 _CELL_M = 2.0
-_WINDOW_DEG = (20.0, 4.0)
 _ROUNDS = 4
 # Weight of the plane among the returns of a window: where there are few, it decides.
 _PRIOR = 5.0
+# Of a scan about so many returns are summed.
+_SUMMED = 100_000
 _MAX_CELLS = 1 << 20
 # What is farther away lies in the outermost cells: one stray point must not make all cells large.
 _FARTHEST_M = 1000.0
@@ -101,17 +104,18 @@ def ground_of_points(
     plane = ground_plane(known, np.asarray(up, np.float64))
     if plane is None:
         return None
+    over_plane = plane.distance(known).astype(np.float32)
+    cells = _Cells.over(known, plane)
+    place = cells.place(known)
     height = np.full(len(array), np.nan, np.float32)
-    height[finite] = plane.distance(known)
-    height[finite] -= _unevenness_of_cells(known, height[finite], plane, clearance_m)
+    height[finite] = over_plane - _sampled(_unevenness(cells, place, over_plane, clearance_m), place)
     return Ground(plane, height, height <= clearance_m)
 
 
 def ground_of_scan(scan: Scan, clearance_m: float = CLEARANCE_M) -> Ground | None:
     """Return the ground of a scan, or None if it has none.
 
-    As `ground_of_points`, but the unevenness is a mean over windows of the image, 20 degrees across and
-    4 up, which box filters give in a few milliseconds.
+    As `ground_of_points`, with the plane and the unevenness of about 100,000 of its returns.
 
     Parameters
     ----------
@@ -125,13 +129,16 @@ def ground_of_scan(scan: Scan, clearance_m: float = CLEARANCE_M) -> Ground | Non
     """
     valid = scan.valid
     pixels = np.flatnonzero(valid)
-    pixels = pixels[:: max(1, len(pixels) // _SEARCHED)]
-    thinned = scan.range.ravel()[pixels, None] * scan.directions.reshape(-1, 3)[pixels]
-    plane = ground_plane(thinned.astype(np.float64), scan.up)
+    step = max(1, len(pixels) // _SUMMED)
+    pixels = pixels[::step]
+    points = scan.range.ravel()[pixels, None] * scan.directions.reshape(-1, 3)[pixels]
+    plane = ground_plane(points[:: max(1, len(points) // _SEARCHED)].astype(np.float64), scan.up)
     if plane is None:
         return None
     height = heights_over(plane, scan.range, scan.directions)
-    height -= _unevenness_of_windows(scan, height, valid, clearance_m)
+    cells = _Cells.over(points, plane)
+    grid = _unevenness(cells, cells.place(points), height.ravel()[pixels], clearance_m, step)
+    height -= _sampled(grid, cells.place_of_rays(scan.range, scan.directions)).reshape(scan.shape)
     return Ground(plane, height, valid & (height <= clearance_m))
 
 
@@ -180,83 +187,72 @@ def _most_held(points: NDArray[np.float64], up: NDArray[np.float64]) -> Plane | 
     return Plane(normals[best], float(offsets[best]))
 
 
-def _unevenness_of_cells(
-    points: NDArray[np.float64], height: Float32Array, plane: Plane, clearance_m: float
+class _Cells(NamedTuple):
+    """A grid of square cells over a plane; places are (n, 2) rows and columns in cells."""
+
+    along: Float32Array
+    low_m: Float32Array
+    cell_m: float
+    shape: tuple[int, int]
+
+    @classmethod
+    def over(cls, points: NDArray, plane: Plane) -> "_Cells":
+        along = np.linalg.svd(plane.normal[None])[2][1:].astype(np.float32)
+        place = _clipped(points.astype(np.float32) @ along.T)
+        low, high = place.min(axis=0), place.max(axis=0)
+        cell = max(_CELL_M, float(np.sqrt(np.prod(high - low) / _MAX_CELLS)))
+        rows, columns = (int(size / cell) + 2 for size in high - low)
+        return cls(along, low, cell, (rows, columns))
+
+    def place(self, points: NDArray) -> Float32Array:
+        return self._scaled(points.astype(np.float32) @ self.along.T)
+
+    def place_of_rays(self, range_m: Float32Array, directions: Float32Array) -> Float32Array:
+        """Place of every pixel."""
+        return self._scaled(directions.reshape(-1, 3) @ self.along.T * range_m.reshape(-1, 1))
+
+    def _scaled(self, place_m: Float32Array) -> Float32Array:
+        return (_clipped(place_m) - self.low_m) / np.float32(self.cell_m)
+
+
+def _clipped(place_m: Float32Array) -> Float32Array:
+    return np.clip(place_m, -_FARTHEST_M, _FARTHEST_M)
+
+
+def _unevenness(
+    cells: _Cells, place: Float32Array, height: Float32Array, clearance_m: float, each: int = 1
 ) -> Float32Array:
-    """Return how far the ground at each of n points is above the plane."""
-    place, shape = _cells(points, plane)
-    cell = np.rint(place).astype(np.intp)
-    flat = cell[:, 0] * shape[1] + cell[:, 1]
-    total = shape[0] * shape[1]
-    bump = np.zeros(len(points), np.float32)
-    x, y = place[:, 1].astype(np.float32), place[:, 0].astype(np.float32)
+    """Return how far the ground is above the plane at the corners of cells; a point stands for `each`."""
+    row, column = np.rint(place).astype(np.intp).T
+    flat, total = row * cells.shape[1] + column, cells.shape[0] * cells.shape[1]
+    grid = np.zeros(cells.shape, np.float32)
     for _ in range(_ROUNDS):
-        near = np.abs(height - bump) <= clearance_m
-        sums = np.bincount(flat[near], height[near], total).reshape(shape)
-        counts = np.bincount(flat[near], minlength=total).reshape(shape)
-        smooth = _windowed_mean(sums, counts, (3, 3))
-        # remap takes no more than 32767 rows, so the points go in rows of their own.
-        bump = _sampled(smooth, x, y)
-    return bump
+        near = np.abs(height - _sampled(grid, place)) <= clearance_m
+        sums = np.bincount(flat[near], height[near], total).reshape(cells.shape)
+        counts = np.bincount(flat[near], minlength=total).reshape(cells.shape)
+        grid = _windowed_mean(sums * each, counts * each)
+    return grid
 
 
-def _cells(points: NDArray[np.float64], plane: Plane) -> tuple[NDArray[np.float64], tuple[int, int]]:
-    """Return the place of every point in a grid over the plane, in cells, and the size of the grid."""
-    along = np.linalg.svd(plane.normal[None])[2][1:]
-    place = np.clip(points @ along.T, -_FARTHEST_M, _FARTHEST_M)
-    low, high = place.min(axis=0), place.max(axis=0)
-    cell = max(_CELL_M, float(np.sqrt(np.prod(high - low) / _MAX_CELLS)))
-    place = (place - low) / cell
-    rows, columns = (int(size) + 2 for size in place.max(axis=0))
-    return place, (rows, columns)
-
-
-def _sampled(grid: Float32Array, x: Float32Array, y: Float32Array) -> Float32Array:
+def _sampled(grid: Float32Array, place: Float32Array) -> Float32Array:
     """Interpolate a grid at n places."""
+    # remap takes no more than 32767 rows, so the places go in rows of their own.
     columns = 1024
-    rows = -(-len(x) // columns)
-    maps = [np.zeros(rows * columns, np.float32) for _ in range(2)]
-    for padded, values in zip(maps, (x, y), strict=True):
-        padded[: len(values)] = values
-    first, second = (padded.reshape(rows, columns) for padded in maps)
-    sampled = cv2.remap(grid, first, second, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(sampled, np.float32).ravel()[: len(x)]
+    rows = -(-len(place) // columns)
+    maps = np.zeros((2, rows * columns), np.float32)
+    maps[:, : len(place)] = place.T[::-1]
+    x, y = maps.reshape(2, rows, columns)
+    sampled = cv2.remap(grid, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(sampled, np.float32).ravel()[: len(place)]
 
 
-def _unevenness_of_windows(
-    scan: Scan, height: Float32Array, valid: BoolArray, clearance_m: float
-) -> Float32Array:
-    """Return how far the ground at every pixel is above the plane."""
-    window = _window(scan)
-    pad = window[1] // 2 if scan.wraps else 0
-    bump = np.zeros_like(height)
-    for _ in range(_ROUNDS):
-        near = valid & (np.abs(height - bump) <= clearance_m)
-        sums = np.pad(height * near, ((0, 0), (pad, pad)), mode="wrap")
-        counts = np.pad(near, ((0, 0), (pad, pad)), mode="wrap")
-        smooth = _windowed_mean(sums, counts, window)
-        bump = smooth[:, pad : pad + scan.shape[1]]
-    return bump
-
-
-def _window(scan: Scan) -> tuple[int, int]:
-    """Rows and columns of the window, both odd."""
-    thin = scan.directions[:: max(1, scan.shape[0] // 64), :: max(1, scan.shape[1] // 64)]
-    size = []
-    for axis, degrees in enumerate((_WINDOW_DEG[1], _WINDOW_DEG[0])):
-        step = max(1, scan.shape[axis] // 64)
-        chord = float(np.median(np.linalg.norm(np.diff(thin, axis=axis), axis=-1))) / step
-        largest = scan.shape[axis] // (1 + axis)
-        size.append(int(np.clip(np.radians(degrees) / max(chord, 1e-6), 3, max(largest, 3))) | 1)
-    return size[0], size[1]
-
-
-def _windowed_mean(sums: NDArray, counts: NDArray, window: tuple[int, int]) -> Float32Array:
-    """Return sums over windows divided by counts, drawn to 0 where there is little to count."""
-    size = window[::-1]
+def _windowed_mean(sums: NDArray, counts: NDArray) -> Float32Array:
+    """Return sums over 3 x 3 cells divided by counts, drawn to 0 where there is little to count."""
     total, number = (
         np.asarray(
-            cv2.boxFilter(part.astype(np.float32), -1, size, normalize=False, borderType=cv2.BORDER_CONSTANT)
+            cv2.boxFilter(
+                part.astype(np.float32), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT
+            )
         )
         for part in (sums, counts)
     )

@@ -27,6 +27,10 @@ CUTS = (1.0, 0.63, 0.4, 0.25)
 MIN_TALL_M = 0.7
 MAX_TOP_M = 2.5
 MIN_PIECE = 30
+# One column of returns is none: where a round thing turns away, columns are far apart.
+MIN_WIDE_M = 0.1
+# Columns of a surface seen straight on are held together by radii of so many pitches.
+PITCHES = 1.2
 # Doors, mirrors and pillars of cars are this far from the rest of them. Where no piece is as wide as a car,
 # there are people: they are cut apart at smaller gaps, too.
 SMALL_GAP_M = 0.08
@@ -56,13 +60,14 @@ def object_clusters(
     up: ArrayLike = (0.0, 0.0, 1.0),
     ratio: float = LINK,
     min_points: int = MIN_PIXELS,
+    pitch: float = 0.0,
 ) -> Labels:
     """Return the clusters of points without their ground, of which most are one object each.
 
     1. RBNN of the points with a fifth of their height.
     2. For smaller and smaller radii, down to a quarter: RBNN of the points with half their height. Where
-       two pieces or more of a cluster have 30 points and 0.7 m from top to bottom, those that reach no higher
-       than 2.5 m over the ground become clusters. What is taller stays together; the
+       two pieces or more of a cluster have 30 points, 0.7 m from top to bottom and 0.1 m across, those that
+       reach no higher than 2.5 m over the ground become clusters. What is taller stays together; the
        other pieces go to the nearest. Where a piece is wider than 1.9 m, gaps of less than 8 cm are not
        cut. In clusters longer than 10 m one such piece is enough, and what is far from it stays behind.
     3. What hangs in the air (`hanging.with_hanging`) goes to the nearest.
@@ -78,6 +83,9 @@ def object_clusters(
     ratio : float
         Radius in metres at a range of 1 m; from 0.0004 to 0.5.
     min_points : int
+    pitch : float
+        Angle in radians between columns of returns, where they are so coarse that a radius of a cut could be
+        smaller: such cuts are left out, as each column would be an object.
 
     Returns
     -------
@@ -98,9 +106,10 @@ def object_clusters(
 
     Examples
     --------
-    >>> z = np.tile(np.arange(0.3, 1.7, 0.05), 2)
-    >>> y = np.repeat([0.0, 0.3], 28) + np.where(np.abs(z - 1) < 0.03, [0.12] * 28 + [-0.12] * 28, 0)
-    >>> people = np.column_stack([np.full(56, 10.0), y, z - 1.5]).repeat(2, axis=0)
+    >>> z, y = np.tile(np.arange(0.3, 1.7, 0.05), 6), np.repeat([-0.12, -0.06, 0, 0.3, 0.36, 0.42], 28)
+    >>> hands = (np.abs(z - 1) < 0.03) & (np.abs(y - 0.15) < 0.2)
+    >>> y = np.where(hands, y + np.sign(0.15 - y) * 0.12, y)
+    >>> people = np.column_stack([np.full(len(y), 10.0), y, z - 1.5])
     >>> int(rbnn(people).max()), int(object_clusters(people, people[:, 2] + 1.5).max())
     (1, 2)
     """
@@ -116,7 +125,7 @@ def object_clusters(
         height,
         ratio * np.linalg.norm(array, axis=1),
     )
-    for share in CUTS:
+    for share in (share for share in CUTS if ratio * share > PITCHES * pitch):
         labels = _cut(labels, rbnn(cloud.flat, ratio * share, 1), cloud, share)
     labels = with_hanging(labels, bridged, cloud.level, height, cloud.radius)
     found = np.zeros(len(array), np.int32)
@@ -139,12 +148,14 @@ def _cut(labels: Indices, pieces: Labels, cloud: _Cloud, share: float) -> Indice
     count = np.diff(start, append=len(order))
     parent = labels[order[start]]
     high = np.maximum.reduceat(cloud.height[order], start)
+    width = widths(cloud.level[order], start)
     whole = (count >= MIN_PIECE) & (high - np.minimum.reduceat(cloud.height[order], start) >= MIN_TALL_M)
+    whole &= width >= MIN_WIDE_M
     long = _long(order, parent, start, cloud)
     several = np.bincount(parent[whole], minlength=len(long)) > 1
     free = whole & (several | long)[parent] & (high <= MAX_TOP_M)
     wide = np.zeros(len(long), np.bool_)
-    wide[parent[free & (widths(cloud.level[order], start) > CAR_WIDTH_M)]] = True
+    wide[parent[free & (width > CAR_WIDTH_M)]] = True
     free &= ~wide[parent] | (share * np.add.reduceat(cloud.radius[order], start) / count >= SMALL_GAP_M)
     label = np.where(free, int(parent.max()) + np.cumsum(free), parent)
     opened = np.isin(parent, parent[free])

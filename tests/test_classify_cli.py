@@ -1,6 +1,7 @@
 """`laserimg classify`: train, evaluate, predict; what is wrong in one line."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import cv2
@@ -50,9 +51,10 @@ def test_evaluate_a_model(folder, model, tmp_path):
     assert result["classes"]["rod"] == {
         "images": 6, "detected": 6, "correct": 6, "precision": 1, "recall": 1
     }  # fmt: skip
-    assert result["total"]["images"] == 18 and result["total"]["correct"] == 18
+    total = result["total"]
+    assert total["images"] == total["detected"] == total["correct"] == 18 and total["precision"] == 1
     assert result["recipe"] == {
-        "features": "3dhog+hog", "views": 4, "size": True, "appearance": "reflectance"
+        "features": "3dhog+hog", "views": 24, "size": True, "appearance": "reflectance"
     }  # fmt: skip
     assert cv2.imread(str(tmp_path / "c.png")).shape[0] > 300
 
@@ -117,6 +119,33 @@ def test_a_class_with_one_object(folder, tmp_path):
 def test_wrong_usage(arguments, code, message, tmp_path):
     done = laserimg("classify", *arguments, folder=tmp_path)
     assert done.code == code and message in done.err
+
+
+def test_a_model_says_itself_how_objects_are_described(folder, model):
+    done = laserimg("classify", "evaluate", model, folder, "--scale", "0.001", "--views", "4")
+    assert done.code == 2 and "--views" in done.err
+
+
+def test_a_class_cannot_be_called_unknown(folder, model, tmp_path):
+    for label, name in (("rod", "rod"), ("ball", "unknown")):
+        shutil.copytree(folder / label, tmp_path / "objects" / name)
+    done = laserimg("classify", "train", tmp_path / "objects", "--scale", "0.001", "-o", tmp_path / "m.npz")
+    assert done.code == 1 and done.err.startswith("laserimg: a class cannot be called unknown")
+    assert not (tmp_path / "m.npz").exists()
+    done = laserimg("classify", "evaluate", model, tmp_path / "objects", "--scale", "0.001")
+    assert done.code == 1 and done.err.startswith("laserimg: a class cannot be called unknown")
+
+
+def test_millimetres_without_a_scale_are_noticed(folder, model):
+    done = laserimg("classify", "predict", model, folder / "rod" / "02.csv")
+    assert done.code == 1 and done.out == "" and "--scale 0.001" in done.err
+
+
+def test_intensity_of_npz_clouds_is_their_reflectance(folder, model, tmp_path):
+    x, y, z, intensity = np.loadtxt(folder / "rod" / "02.csv", delimiter=",").T[:4]
+    np.savez(tmp_path / "rod.npz", points=np.column_stack([x, y, z]), intensity=intensity)
+    done = laserimg("classify", "predict", model, tmp_path / "rod.npz", "--scale", "0.001")
+    assert (done.code, done.err) == (0, "") and done.out.startswith("rod")
 
 
 def test_boxes_in_scans(tmp_path):

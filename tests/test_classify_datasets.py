@@ -76,6 +76,20 @@ def test_sydney_objects_have_class_and_fold(sydney):
     assert len(labelled_sources(sydney / "objects")) == 24
 
 
+def test_sydney_objects_are_predicted_and_trained_in_folders_of_their_class(sydney, tmp_path):
+    for file in (sydney / "objects").glob("*.csv"):
+        label = file.name.split(".")[0]
+        (tmp_path / "own" / label).mkdir(parents=True, exist_ok=True)
+        (tmp_path / "own" / label / file.name).write_bytes(file.read_bytes())
+    model = tmp_path / "m.npz"
+    done = laserimg(
+        "classify", "train", tmp_path / "own", "--classes", "car, pole", "--views", 1, "-o", model
+    )
+    assert (done.code, done.err) == (0, "")
+    done = laserimg("classify", "predict", model, sydney / "objects" / "pole.3.103.csv")
+    assert (done.code, done.err) == (0, "") and done.out.startswith("pole")
+
+
 def test_sydney_by_its_own_folds(sydney):
     done = laserimg(
         "classify", "evaluate", "--own-folds", sydney, "--features", "honv", "--views", "1", "--json"

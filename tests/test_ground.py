@@ -103,6 +103,24 @@ def test_the_seam_makes_no_difference():
     assert_array_equal(np.roll(one.mask, 90, 1), other.mask)
 
 
+@pytest.mark.parametrize("distance_m", [2, 5])
+def test_ground_does_not_climb_up_what_stands_near(distance_m):
+    """A board 1 m high and 4 m wide: windows of the image took 0.8 m of it."""
+    grid = ray_grid(np.arange(179.75, -180, -0.5), np.arange(30.0, -60, -0.25), wraps=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ground = np.where(grid.directions[..., 2] < 0, -1.5 / grid.directions[..., 2], np.inf)
+        board = np.where(grid.directions[..., 0] > 0, distance_m / grid.directions[..., 0], np.inf)
+        hit = board[..., None] * grid.directions
+    board[(np.abs(hit[..., 1]) > 2) | (hit[..., 2] > -0.5)] = np.inf
+    range_m = np.minimum(ground, board)
+    scan = Scan(np.where(range_m < 40, range_m, 0).astype(np.float32), grid.directions, wraps=True)
+    found = ground_of_scan(scan)
+    assert found is not None
+    on_board = (board < ground) & scan.valid
+    assert hit[..., 2][on_board & found.mask].max() < -1.5 + 0.25
+    assert found.mask[(ground < board) & scan.valid].mean() > 0.99
+
+
 def test_a_scan_that_looks_up_has_no_ground():
     rays = directions_from_angles(np.radians(np.arange(20.0, -20, -1)), np.radians(np.arange(30.0, 5, -1)))
     assert ground_of_scan(Scan(np.full(rays.shape[:2], 5, np.float32), rays)) is None

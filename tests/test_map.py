@@ -81,6 +81,8 @@ def test_the_colours_are_those_of_the_paper():
     assert min(COLOURS["car"][:2]) > 4 * COLOURS["car"][2]
     assert [int(np.argmax(COLOURS[label])) for label in ("pole", "tree", "person")] == [0, 1, 2]
     assert min(COLOURS["ground"]) > 225 and min(COLOURS["undersegmented"]) > 225
+    assert list(palette(("Pole", "Human", "Building")))[:3] == ["Building", "Human", "Pole"]
+    assert palette(("Pole", "Human"))["Human"] == COLOURS["person"]
     assert len(set(palette(("car", "sheep", "goat")).values())) == len(palette(("car", "sheep", "goat")))
 
 

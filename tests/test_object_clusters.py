@@ -176,3 +176,27 @@ def test_labelled_people_are_clusters_of_their_own(data):
             found[way] += [is_one_cluster(labels, points, box) for box in people]
     assert len(found["rbnn"]) == 20
     assert sum(found["objects"]) >= 18 > 13 >= sum(found["rbnn"])
+
+
+def test_columns_of_a_post_are_no_objects():
+    """A round post of 1 m: where it turns away its columns are farther apart than the smallest radii."""
+    turn = np.radians(np.arange(-80, 81, 8.0))
+    x, y = 5 - 0.5 * np.cos(turn), 0.5 * np.sin(turn)
+    z = np.arange(0.25, 2.2, 0.04)
+    points = np.stack([np.repeat(x, len(z)), np.repeat(y, len(z)), np.tile(z, len(x)) - 1.5], axis=-1)
+    height = points[:, 2] + 1.5
+    assert object_clusters(points, height).max() == 1
+
+
+def test_columns_that_are_coarser_than_a_cut_stay_together_with_the_pitch_and_not_without():
+    """Two people 0.25 m apart at 10 m, columns 15 cm apart: cuts below the pitch would free each column."""
+    y = np.concatenate([np.arange(5) * 0.15, 0.85 + np.arange(5) * 0.15])
+    z = np.arange(0.25, 1.8, 0.04)
+    columns = np.stack([np.repeat(y, len(z)), np.tile(z, len(y)) - 1.5], axis=-1)
+    # Two rows deep, so that a column is 0.12 m across.
+    points = np.concatenate(
+        [np.column_stack([np.full(len(columns), depth), columns]) for depth in (10, 10.12)]
+    )
+    height = points[:, 2] + 1.5
+    assert object_clusters(points, height, pitch=0.015).max() == 2
+    assert object_clusters(points, height).max() > 2

@@ -29,6 +29,7 @@ from laserimg.object_clusters import object_clusters
 from laserimg.rbnn import rbnn
 from laserimg.readers import read_file
 from laserimg.scan import Scan
+from laserimg.semantic_map.segments import segments_of
 
 DATA = Path(os.environ.get("LASERIMG_DATA", Path(__file__).parents[2] / "shared" / "data"))
 NEAR_M = 30.0
@@ -112,6 +113,9 @@ def in_frame_of(scan: Scan, box: Box3D) -> Box3D:
     return replace(box, centre=(box.centre - at) @ turn, axes=turn.T @ box.axes)
 
 
+# The clusters of `laserimg map`: the lattice, 30 returns or more.
+OF_MAP = "laserimg map"
+
 Way = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
@@ -130,19 +134,20 @@ def ways_of(ratio: float) -> dict[str, Way]:
 def print_objects(ratio: float, clearance_m: float) -> None:
     """Print the share of labelled objects that are one cluster of their own, and why the others are not."""
     ways = ways_of(ratio)
-    tables = {way: Counter() for way in ways}
+    tables = {way: Counter() for way in (*ways, OF_MAP)}
     for name, scan, boxes in labelled_scans():
-        points = scan.points()[scan.valid & (scan.range > CARRIER_M)].astype(float)
+        kept = scan.valid & (scan.range > CARRIER_M)
+        points = scan.points()[kept].astype(float)
         ground = ground_of_points(points, scan.up, clearance_m)
         if ground is None:
             print(f"{scan.source}: no ground")
             continue
         points, height = points[~ground.mask], ground.height[~ground.mask]
-        for way, clusters in ways.items():
-            labels = clusters(points, height, scan.up)
-            for box in boxes:
-                own = box.holds(points, 0.05)
-                grown = box.holds(points, 0.2)
+        found = {way: clusters(points, height, scan.up) for way, clusters in ways.items()}
+        found[OF_MAP] = segments_of(scan).labels[kept][~ground.mask]
+        for box in boxes:
+            own, grown = box.holds(points, 0.05), box.holds(points, 0.2)
+            for way, labels in found.items():
                 tables[way].update(verdict(labels, own, grown, KINDS.get(box.kind), name))
     print_table(tables, ("person", "car"), SETS)
 

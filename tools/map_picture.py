@@ -64,7 +64,7 @@ def composed(panorama: NDArray[np.uint8], top: NDArray[np.uint8]) -> NDArray[np.
 def main() -> None:
     """Write the picture."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--seed", type=int, default=7)
+    parser.add_argument("--seed", type=int, default=14)
     parser.add_argument("--model", type=Path, help="default: those that ship")
     parser.add_argument("-o", "--out", type=Path, default=DOCS / "map.png")
     given = parser.parse_args()

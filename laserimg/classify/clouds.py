@@ -12,6 +12,8 @@ from scipy.spatial import KDTree
 from laserimg.errors import ScanError
 
 MIN_POINTS = 10
+# Longer than any house of a street; in millimetres a wastebasket is.
+MAX_SIDE_M = 300.0
 # Voxels that touch, also at a corner, hold together; parts with less than this share are stray. One
 # point of 2218 doubled the box of a sign.
 VOXEL_M = 0.4
@@ -32,7 +34,7 @@ class ObjectCloud:
     Raises
     ------
     ScanError
-        If the shapes differ, or fewer than 10 points are finite.
+        If the shapes differ, fewer than 10 points are finite, or they reach over more than 300 m.
 
     Examples
     --------
@@ -51,6 +53,12 @@ class ObjectCloud:
         known = np.isfinite(points).all(axis=1)
         if int(known.sum()) < MIN_POINTS:
             raise ScanError(f"an object needs at least {MIN_POINTS} points, got {int(known.sum())}")
+        largest = float(np.ptp(points[known], axis=0).max())
+        if largest > MAX_SIDE_M:
+            raise ScanError(
+                f"the points reach over {largest:.0f} m, an object over {MAX_SIDE_M:.0f} at most: "
+                "are they in millimetres (--scale 0.001)?"
+            )
         if self.reflectance is not None:
             values = np.asarray(self.reflectance, np.float64)
             if values.shape != (len(points),):

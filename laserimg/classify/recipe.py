@@ -48,7 +48,7 @@ class Recipe:
     """
 
     features: Features = "honv+hog"
-    views: int = 4
+    views: int = 24
     size: bool = False
     appearance: Appearance = "reflectance"
 

@@ -72,7 +72,9 @@ class ClassTable:
         rows = zip(*(_plain(getattr(self, name)) for name in names), strict=True)
         total = {
             "images": _number(self.images.sum()),
+            "detected": _number(self.detected.sum()),
             "correct": _number(self.correct.sum()),
+            "precision": _number(self.correct.sum() / max(self.detected.sum(), 1e-12)),
             "recall": self.accuracy,
             "accuracy": self.accuracy,
             "accuracy_interval": list(self.interval()),
@@ -100,7 +102,7 @@ def class_table(truth: NDArray, found: NDArray | list[NDArray], labels: tuple[st
     Raises
     ------
     ConfigError
-        If there are no objects.
+        If there are no objects, or one is of a class called "unknown".
 
     Examples
     --------
@@ -111,6 +113,8 @@ def class_table(truth: NDArray, found: NDArray | list[NDArray], labels: tuple[st
     runs = found if isinstance(found, list) else [found]
     if not len(truth):
         raise ConfigError("no objects to count")
+    if UNKNOWN in truth:
+        raise ConfigError(f"a class cannot be called {UNKNOWN}: that is what no class is clear of")
     seen = {name for part in (truth, *runs) for name in part.tolist()}
     names = tuple(sorted({*labels, *seen} - {UNKNOWN}))
     place = {name: index for index, name in enumerate((*names, UNKNOWN))}

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from laserimg.classify.clouds import ObjectCloud
 from laserimg.classify.datasets import Watch, dataset_objects
+from laserimg.classify.datasets.sydney import is_sydney, read_sydney
 from laserimg.classify.recipe import Recipe, describe_cloud
 from laserimg.classify.source import Source, source_of_pixels
 from laserimg.errors import LabelError, LaserImgError, ScanError
@@ -114,9 +115,13 @@ def read_cloud(path: Path, scale: float = 1.0) -> ObjectCloud | None:
         If the file cannot be read, or holds too few points.
     """
     suffix = without_compression(path).suffix.lower()
+    if suffix == ".csv" and is_sydney(path):
+        return read_sydney(path)
     if suffix in _TEXT:
         points, values = next(text.read_points(path))
     elif suffix == ".pcd":
+        if pcd.is_organised(path):
+            return None
         points, values = pcd.read_points(path)
     elif suffix == ".ply":
         points, values, _ = points_of(read_vertices(read_bytes(path)))
@@ -124,7 +129,7 @@ def read_cloud(path: Path, scale: float = 1.0) -> ObjectCloud | None:
         arrays = load_arrays(read_bytes(path))
         if "points" not in arrays:
             return None
-        points, values = arrays["points"], arrays.get("reflectance")
+        points, values = arrays["points"], arrays.get("reflectance", arrays.get("intensity"))
     else:
         return None
     return ObjectCloud(np.asarray(points, np.float64) * scale, values)

@@ -1,16 +1,23 @@
 """``laserimg classify``: which class an object is, from its range and reflectance images."""
 
-from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
+from laserimg.cli.class_steps import (
+    by_own_folds,
+    chosen_recipe,
+    class_names,
+    cross_validated,
+    described_objects,
+    end,
+    objects_in_folds,
+    read_objects,
+    refuse_recipe,
+    table_of,
+)
 from laserimg.cli.class_tables import print_class_json, print_class_table
-
-if TYPE_CHECKING:
-    from laserimg.classify import ClassTable, Recipe
-    from laserimg.classify.sources import Described, Source
 
 app = typer.Typer(
     name="classify",
@@ -40,7 +47,7 @@ Features:
 )
 
 _FEATURES = Annotated[str, typer.Option(help="honv, honv+hog, 3dhog or 3dhog+hog.")]
-_VIEWS = Annotated[int, typer.Option(min=1, max=64, help="Virtual places around an object cloud.")]
+_VIEWS = Annotated[int, typer.Option(min=1, max=64, help="Virtual places around a cloud (not a crop).")]
 _SIZE = Annotated[bool, typer.Option("--size", help="Append height, length and breadth (not in the paper).")]
 _APPEARANCE = Annotated[
     str, typer.Option(help="Image for gradients: reflectance, or range in its place (control).")
@@ -58,7 +65,7 @@ def train(
     folder: Annotated[Path, typer.Argument(help="One folder a class with a file an object, or a COCO file.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="Model to write (.npz).")],
     features: _FEATURES = "honv+hog",
-    views: _VIEWS = 4,
+    views: _VIEWS = 24,
     size: _SIZE = False,
     appearance: _APPEARANCE = "reflectance",
     scale: _SCALE = 1.0,
@@ -73,18 +80,18 @@ def train(
 
     \b
       laserimg classify train objects/ -o objects.npz
-      laserimg classify train objects/ --features 3dhog --views 8 --scale 0.001 -o objects.npz
+      laserimg classify train objects/ --features 3dhog --views 4 --scale 0.001 -o objects.npz
       laserimg classify train scans.coco.json --features honv -o objects.npz
     """
     from laserimg.classify import save_model
 
-    recipe = _recipe(features, views, size, appearance)
-    found = _described(_labelled(folder, scale, classes, quiet), recipe, quiet)
+    recipe = chosen_recipe(features, views, size, appearance)
+    found = described_objects(read_objects(folder, scale, classes, quiet), recipe, quiet)
     from laserimg.classify.training import train as train_model
 
     trained = train_model(found.vectors, found.labels, recipe, margin)
     save_model(out, trained.model)
-    table = _table_of(trained.left_out, found.labels, margin)
+    table = table_of(trained.left_out, found.labels, margin)
     if as_json:
         print_class_json(
             table, {"model": str(out), "recipe": recipe.as_dict(), "method": "leave-one-out"}, found
@@ -93,11 +100,12 @@ def train(
         typer.echo(f"{len(found.labels)} objects, each classified by a machine trained without it:")
         print_class_table(table)
         typer.echo(f"model of all objects: {out}")
-    _end(found)
+    end(found)
 
 
 @app.command()
 def evaluate(
+    context: typer.Context,
     paths: Annotated[
         list[Path], typer.Argument(metavar="[MODEL] FOLDER", help="Model and objects, or objects alone.")
     ],
@@ -115,7 +123,7 @@ def evaluate(
         Path | None, typer.Option("-o", "--out", help="Picture of the confusion matrix (.png).")
     ] = None,
     features: _FEATURES = "honv+hog",
-    views: _VIEWS = 4,
+    views: _VIEWS = 24,
     size: _SIZE = False,
     appearance: _APPEARANCE = "reflectance",
     scale: _SCALE = 1.0,
@@ -136,24 +144,28 @@ def evaluate(
     cross = any(ways)
     if sum(ways) > 1:
         raise typer.BadParameter("give only one of --leave-one-out, --folds, --own-folds")
+    if not cross:
+        refuse_recipe(context)
+    if out is not None and out.suffix.lower() != ".png":
+        raise typer.BadParameter("the picture is a .png", param_hint="--out")
     if len(paths) != 2 - cross:
         needs = "one FOLDER" if cross else "MODEL and FOLDER (or --leave-one-out, --folds, --own-folds)"
         raise typer.BadParameter(f"needs {needs}")
     if cross:
-        recipe = _recipe(features, views, size, appearance)
-        sources = _labelled(paths[0], scale, classes, quiet)
-        found = _described(_in_folds(sources) if own_folds else sources, recipe, quiet)
+        recipe = chosen_recipe(features, views, size, appearance)
+        sources = read_objects(paths[0], scale, classes, quiet)
+        found = described_objects(objects_in_folds(sources) if own_folds else sources, recipe, quiet)
         if own_folds:
-            table, method = _by_own_folds(found, margin or 0.0)
+            table, method = by_own_folds(found, margin or 0.0)
         else:
-            table, method = _cross_validated(found, folds, repeats, margin or 0.0)
+            table, method = cross_validated(found, folds, repeats, margin or 0.0)
     else:
         from laserimg.classify import class_table, load_model
 
         model = load_model(paths[0])
         recipe, method = model.recipe, "model"
-        found = _described(_labelled(paths[1], scale, classes, quiet), recipe, quiet)
-        table = class_table(found.labels, _names(model.classify(found.vectors, margin)), model.labels)
+        found = described_objects(read_objects(paths[1], scale, classes, quiet), recipe, quiet)
+        table = class_table(found.labels, class_names(model.classify(found.vectors, margin)), model.labels)
     if out is not None:
         from laserimg.classify.picture import confusion_picture
         from laserimg.images import write_png
@@ -165,7 +177,7 @@ def evaluate(
         print_class_table(table)
         if out is not None:
             typer.echo(f"confusion matrix: {out}")
-    _end(found)
+    end(found)
 
 
 @app.command()
@@ -186,10 +198,11 @@ def predict(
     import json
 
     from laserimg.classify import load_model
+    from laserimg.classify.scores import UNKNOWN
     from laserimg.classify.sources import unlabelled_sources
 
     loaded = load_model(model)
-    found = _described(unlabelled_sources(files, scale), loaded.recipe, quiet, may_be_empty=True)
+    found = described_objects(unlabelled_sources(files, scale), loaded.recipe, quiet, may_be_empty=True)
     verdicts = loaded.classify(found.vectors, margin)
     if as_json:
         rows = [
@@ -200,8 +213,9 @@ def predict(
     elif not quiet:
         width = max((len(verdict.label) for verdict in verdicts), default=0)
         for name, verdict in zip(found.names, verdicts, strict=True):
-            typer.echo(f"{verdict.label:<{width}}  {verdict.confidence:.2f}  {name}")
-    _end(found)
+            sure = "   -" if verdict.label == UNKNOWN else f"{verdict.confidence:.2f}"
+            typer.echo(f"{verdict.label:<{width}}  {sure}  {name}")
+    end(found)
 
 
 @app.command()
@@ -212,103 +226,10 @@ def datasets() -> None:
 
     \b
       laserimg classify datasets
-      laserimg classify evaluate --leave-one-out kitti/training --features honv+hog
+      laserimg classify evaluate --leave-one-out kitti/training --classes car,person
       laserimg classify train SUSTechPOINTS/data/example --classes car,person,rider -o street.npz
     """
     from laserimg.classify.datasets import DATA_SETS
 
     for one in DATA_SETS:
         typer.echo(f"{one.name}\n  page     {one.page}\n  licence  {one.licence}\n  files    {one.files}")
-
-
-def _recipe(features: str, views: int, size: bool, appearance: str) -> "Recipe":
-    from laserimg.classify import Recipe
-    from laserimg.errors import ConfigError
-
-    try:
-        return Recipe.from_dict(
-            {"features": features, "views": views, "size": size, "appearance": appearance}
-        )
-    except ConfigError as error:
-        raise typer.BadParameter(str(error)) from None
-
-
-def _labelled(folder: Path, scale: float, classes: str, quiet: bool) -> list["Source"]:
-    from laserimg.classify.sources import labelled_sources
-    from laserimg.cli.progress import track
-
-    found = labelled_sources(folder, scale, lambda files: track(files, len(files), "reading", quiet))
-    if not classes:
-        return found
-    wanted, known = classes.split(","), {source.label for source in found}
-    if missing := [name for name in wanted if name not in known]:
-        raise typer.BadParameter(
-            f"no object is of class {missing[0]}; there are {', '.join(sorted(known))}",
-            param_hint="--classes",
-        )
-    return [source for source in found if source.label in wanted]
-
-
-def _in_folds(sources: list["Source"]) -> list["Source"]:
-    from laserimg.errors import LabelError
-
-    found = [source for source in sources if source.fold >= 0]
-    if not found:
-        raise LabelError("these objects come without folds; give --folds 5, for example")
-    return found
-
-
-def _by_own_folds(found: "Described", margin: float) -> tuple["ClassTable", str]:
-    from laserimg.classify.validation import given_folds
-
-    decisions = given_folds(found.vectors, found.labels, found.folds)
-    return _table_of(decisions, found.labels, margin), "folds of the data set"
-
-
-def _described(
-    sources: list["Source"], recipe: "Recipe", quiet: bool, may_be_empty: bool = False
-) -> "Described":
-    from laserimg.classify.sources import described
-    from laserimg.cli.progress import track
-    from laserimg.errors import LabelError
-
-    found = described(track(sources, len(sources), "describing", quiet), recipe)
-    if not len(found.labels) and not may_be_empty:
-        raise LabelError(f"none of {len(sources)} objects can be described; {found.errors[0]}")
-    for line in found.errors:
-        typer.echo(f"laserimg: {line}", err=True)
-    return found
-
-
-def _cross_validated(
-    found: "Described", folds: int | None, repeats: int, margin: float
-) -> tuple["ClassTable", str]:
-    from laserimg.classify.validation import leave_one_out, repeated_folds
-
-    if folds is None:
-        decisions: Any = leave_one_out(found.vectors, found.labels)
-        return _table_of(decisions, found.labels, margin), "leave-one-out"
-    runs = repeated_folds(found.vectors, found.labels, folds, repeats)
-    return _table_of(runs, found.labels, margin), f"{folds} folds, {repeats} times"
-
-
-def _table_of(decisions: Any, labels: Any, margin: float) -> "ClassTable":
-    import numpy as np
-
-    from laserimg.classify import class_table
-    from laserimg.classify.model import verdicts
-
-    classes = tuple(np.unique(labels).tolist())
-    runs = decisions if isinstance(decisions, list) else [decisions]
-    return class_table(labels, [_names(verdicts(run, classes, margin=margin)) for run in runs])
-
-
-def _names(verdicts: Iterable[Any]) -> Any:
-    import numpy as np
-
-    return np.array([verdict.label for verdict in verdicts], dtype=np.str_)
-
-
-def _end(found: "Described") -> None:
-    if found.errors:
-        raise typer.Exit(1)

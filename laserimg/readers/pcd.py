@@ -76,6 +76,17 @@ def read_points(path: Path) -> tuple[FloatArray, FloatArray | None]:
         return points, _values(records, path)
 
 
+def is_organised(path: Path) -> bool:
+    """Tell whether a PCD file holds a grid, as depth cameras write it.
+
+    Raises
+    ------
+    ScanError
+        If the file is cut off or not a PCD file.
+    """
+    return _read_cloud(read_bytes(path)).metadata.height > 1
+
+
 def _values(records: NDArray[np.void], path: Path) -> FloatArray | None:
     """Return the intensity, or the grey of the colours where that is asked for."""
     if own_colours(path):

@@ -32,16 +32,30 @@ COLOURS: Mapping[str, Colour] = MappingProxyType(
 _MORE = ((0, 180, 190), (190, 90, 220), (255, 140, 0), (120, 200, 20), (240, 110, 160), (120, 120, 255))
 
 
+# What others call a class of the paper, and what the paper calls ours.
+_ALSO = {"human": "person", "pedestrian": "person"}
+_TAIL = (UNKNOWN, UNDERSEGMENTED, GROUND, LOOSE)
+
+
 def palette(labels: tuple[str, ...]) -> dict[str, Colour]:
     """Return a colour for every class of a map, also for those that the paper does not have.
 
     Examples
     --------
-    >>> palette(("tree", "sheep"))["sheep"]
-    (0, 180, 190)
+    >>> palette(("Human", "sheep"))["Human"] == COLOURS["person"], palette(("Human", "sheep"))["sheep"]
+    (True, (0, 180, 190))
     """
-    others = [label for label in labels if label not in COLOURS]
+    known = {label: _known(label) for label in labels if label not in _TAIL}
+    order = list(COLOURS)
+    ours = sorted((label for label in known if known[label]), key=lambda label: order.index(known[label]))
+    others = [label for label in known if not known[label]]
     more = {label: _MORE[place % len(_MORE)] for place, label in enumerate(others)}
-    tail = (UNKNOWN, UNDERSEGMENTED, GROUND, LOOSE)
-    ours = {label: COLOURS[label] for label in COLOURS if label in labels and label not in tail}
-    return {**ours, **more, **{label: COLOURS[label] for label in tail}}
+    colours = {label: COLOURS[known[label]] for label in ours}
+    return {**colours, **more, **{label: COLOURS[label] for label in _TAIL}}
+
+
+def _known(label: str) -> str:
+    """Return the class of the paper that a label means, "" if none."""
+    small = label.lower()
+    small = _ALSO.get(small, small)
+    return small if small in COLOURS and small not in _TAIL else ""

@@ -21,7 +21,7 @@ SHARED = 0.3
 def fused(scans: Sequence[MappedScan]) -> list[MappedScan]:
     """Return the scans of a map with clusters of the same object told so.
 
-    The clusters of an object get its number and its class: the one with the highest mean confidence, of
+    The clusters of an object get its number and its class: the one with the highest sum of confidences, of
     all clusters that are not "unknown"; each keeps the sentence of its own view.
 
     Parameters

@@ -29,9 +29,20 @@ def sydney_files(folder: Path) -> list[Path]:
     """Return the objects of the data set, in the folder or in ``objects`` below; none if it is another."""
     for place in (folder, folder / "objects", *sorted(folder.glob("*/objects"))):
         files = sorted(place.glob("*.csv")) if place.is_dir() else []
-        if files and _is_sydney(files[0]):
+        if files and is_sydney(files[0]):
             return files
     return []
+
+
+def is_sydney(file: Path) -> bool:
+    """Tell whether a file has nine columns, and a name such as car.23.17038.csv or a time in the first."""
+    try:
+        first = read_start(file, 512).decode("ascii", "replace").splitlines()[0]
+    except (LaserImgError, IndexError):
+        return False
+    fields = [field.strip() for field in first.split(",")]
+    named = _NAME.fullmatch(file.name) is not None
+    return len(fields) == _COLUMNS and (named or fields == _NAMES or "T" in fields[0])
 
 
 def sydney_objects(folder: Path, files: list[Path]) -> list[Source]:
@@ -75,17 +86,6 @@ def _source(file: Path, fold: int) -> Source:
         return describe_cloud(read_sydney(file), recipe)
 
     return Source(str(file), file.name.split(".")[0], describe, fold)
-
-
-def _is_sydney(file: Path) -> bool:
-    """Nine columns, in a file named like car.23.17038.csv or with a time or its name in the first."""
-    try:
-        first = read_start(file, 512).decode("ascii", "replace").splitlines()[0]
-    except (LaserImgError, IndexError):
-        return False
-    fields = [field.strip() for field in first.split(",")]
-    named = _NAME.fullmatch(file.name) is not None
-    return len(fields) == _COLUMNS and (named or fields == _NAMES or "T" in fields[0])
 
 
 def _folds(folder: Path) -> dict[str, int]:

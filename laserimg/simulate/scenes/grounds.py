@@ -54,9 +54,14 @@ class Street:
         lane_m = 0.0 if is_narrow else lane / 2
         return Street(edge, rng.uniform(1.8, 4.5), garden, kerb, slope, lane_m, across, garden > 0)
 
+    @property
+    def pave_height_m(self) -> float:
+        """Height of the pavement over the crown of the road: the kerb stands on the road's edge."""
+        return self.kerb_m - CROWN * self.edge_m
+
     def height_m(self, x: float, y: float) -> float:
         """Return the height of the ground."""
-        return self.slope * x + (self.kerb_m if abs(y) > self.edge_m else -CROWN * abs(y))
+        return self.slope * x + (self.pave_height_m if abs(y) > self.edge_m else -CROWN * abs(y))
 
 
 def street_ground(rng: np.random.Generator, place: Street) -> Thing:
@@ -70,7 +75,7 @@ def street_ground(rng: np.random.Generator, place: Street) -> Thing:
     x = np.linspace(-HALF_LENGTH_M, HALF_LENGTH_M, 121 if place.is_grass else 61)
     raised, grass = np.abs(y) > edge, (np.abs(y) > back + 0.01) & place.is_grass
     rough = np.where(grass, rng.uniform(0.01, 0.03), 0.002)
-    z = np.where(raised, place.kerb_m, -CROWN * np.abs(y)) + place.slope * x[:, None]
+    z = np.where(raised, place.pave_height_m, -CROWN * np.abs(y)) + place.slope * x[:, None]
     z = z + rng.normal(0, 1, z.shape) * rough
     grid = np.stack([*np.meshgrid(x, y, indexing="ij"), z], -1)
     quads = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], 2).reshape(-1, 4, 3)

@@ -117,17 +117,20 @@ def _by_first_points(cells: PolarCells, ratio: float) -> Indices:
 
 def _near_cells(cells: PolarCells, component: Indices, ratio: float) -> Pairs:
     """Return the pairs of cells of different components that may hold linked points."""
-    boxes = _boxes_of_cells(cells)
     place = cells.place // _block(ratio)[:, None]
     strides = strides_of(place)
     block = strides @ place
     order = np.lexsort((component, block))
     start = starts_of(block[order], component[order])
-    groups = _boxes_of_groups(boxes, order, start)
     one, other = neighbouring_groups(block[order[start]], strides)
     one, other = _of_two_components(component[order[start]], one, other)
-    one, other = _within_reach(groups, one, other, ratio)
     count = np.diff(start, append=len(order))
+    # Most groups have nothing but their own component around them: their boxes are not asked for.
+    asked = np.zeros(len(start), np.bool_)
+    asked[one] = asked[other] = True
+    boxes = _boxes_of_cells(cells, order[np.repeat(asked, count)])
+    groups = _boxes_of_groups(boxes, order, start)
+    one, other = _within_reach(groups, one, other, ratio)
     pair, first, second = products(count[one], count[other])
     one, other = order[start[one[pair]] + first], order[start[other[pair]] + second]
     return _within_reach(boxes, one, other, ratio)
@@ -143,13 +146,21 @@ def _block(ratio: float) -> Keys:
     return np.ceil(widest * _SAFE / (ratio * _SURE / np.sqrt(3))).astype(np.int64)
 
 
-def _boxes_of_cells(cells: PolarCells) -> _Boxes:
-    columns = [np.ascontiguousarray(column) for column in cells.points.T]
-    low, high = (
-        np.stack([extreme.reduceat(column, cells.start) for column in columns], axis=-1)
-        for extreme in (np.minimum, np.maximum)
-    )
-    return _Boxes(low, high, np.maximum.reduceat(cells.length, cells.start))
+def _boxes_of_cells(cells: PolarCells, asked: Indices) -> _Boxes:
+    """Return the boxes of all cells; of those that are not asked for they are points at the scanner."""
+    boxes = _Boxes(*(np.zeros((len(cells.start), *shape)) for shape in ((3,), (3,), ())))
+    if len(asked):
+        mask = np.zeros(len(cells.start), np.bool_)
+        mask[asked] = True
+        places = np.flatnonzero(np.repeat(mask, cells.count))
+        count = cells.count[mask]
+        start = np.cumsum(count) - count
+        points, length = cells.points.take(places, axis=0), cells.length[places]
+        for box, extreme in ((boxes.low, np.minimum), (boxes.high, np.maximum)):
+            for axis in range(3):
+                box[mask, axis] = extreme.reduceat(np.ascontiguousarray(points[:, axis]), start)
+        boxes.farthest[mask] = np.maximum.reduceat(length, start)
+    return boxes
 
 
 def _boxes_of_groups(boxes: _Boxes, order: Indices, start: Indices) -> _Boxes:

@@ -66,8 +66,11 @@ def rbnn(
     if array.ndim != 2 or array.shape[1] != 3:
         raise ScanError(f"points must be (n, 3), got {array.shape}")
     _check_ratio(ratio)
-    array = array - np.asarray(origin, np.float64)
+    place = np.asarray(origin, np.float64)
+    array = array - place if place.any() else array
     length, known = ranges_of(array)
+    if known.all() and len(known):
+        return numbered(linked_components(array, length, ratio), min_points)
     labels = np.zeros(len(array), np.int32)
     if known.any():
         component = linked_components(array[known], length[known], ratio)

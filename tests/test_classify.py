@@ -391,3 +391,8 @@ def test_crops_of_one_pixel():
         crop_of_scan(scan, mask)
     with pytest.raises(ScanError, match="no object in the box"):
         object_in_box(scan, (10, 0, 1, 1))
+
+
+def test_a_stray_point_far_away_is_taken_out_and_not_refused():
+    cloud = ObjectCloud(np.concatenate([ball(0), [[5000.0, 0, 0]]]))
+    assert len(cloud.without_strays().points) == len(ball(0))

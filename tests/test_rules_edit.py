@@ -304,8 +304,10 @@ def test_a_refused_edit_leaves_the_file_as_it_is(laserimg, tmp_path):
     before = (tmp_path / "rules.toml").read_bytes()
     code, out, err = laserimg("set", "wastebasket.height.max", "0.1")
     assert (code, out) == (1, "")
+    line = before.decode().splitlines().index("height = [0.20, 0.55]") + 1
     assert err == (
-        "laserimg: nothing changed: rules.toml:17: height: the lower limit 0.2 is above the upper limit 0.1\n"
+        f"laserimg: nothing changed: rules.toml:{line}: height: "
+        "the lower limit 0.2 is above the upper limit 0.1\n"
     )
     assert (tmp_path / "rules.toml").read_bytes() == before
     assert [path.name for path in tmp_path.iterdir()] == ["rules.toml"]

@@ -67,12 +67,10 @@ def taken(recipe: Recipe, work: Path, scans: int) -> dict[str, np.ndarray]:
     rules = load_rules()[recipe.label]
     plain = pipeline_of(recipe, rules)
     loose = {
-        f"{name} {inside} {fills}": (
-            pipeline_of(recipe, dataclasses.replace(rules, region_inside=inside, region_fills=fills)),
-            passes(*CONTINUITY, *(QUANTITIES if name != "continuity" else ())),
+        f"{inside} {fills}": pipeline_of(
+            recipe, dataclasses.replace(rules, region_inside=inside, region_fills=fills)
         )
         for inside, fills in LOOSE
-        for name in ("continuity", "continuity, sizes")
     }
     test = scans_of(recipe, "test", work, 2)
     counts: dict[str, np.ndarray] = {}
@@ -82,8 +80,10 @@ def taken(recipe: Recipe, work: Path, scans: int) -> dict[str, np.ndarray]:
         gates = {"none": lambda one: True, **gates_of(evidence, rules)}
         findings = plain.judge(evidence)
         kept = {name: [one for one in findings if gate(one)] for name, gate in gates.items()}
-        for name, (pipeline, gate) in loose.items():
-            kept[name] = list(filter(gate, pipeline.judge(evidence)))
+        for shares, pipeline in loose.items():
+            judged = pipeline.judge(evidence)
+            kept[f"continuity {shares}"] = list(filter(passes(*CONTINUITY), judged))
+            kept[f"continuity, sizes {shares}"] = list(filter(passes(*CONTINUITY, *QUANTITIES), judged))
         width = evidence.scan.shape[1] if evidence.scan.wraps else None
         for name, left in kept.items():
             boxes = boxes_of([one.box for one in left])

@@ -53,7 +53,8 @@ class ObjectCloud:
         known = np.isfinite(points).all(axis=1)
         if int(known.sum()) < MIN_POINTS:
             raise ScanError(f"an object needs at least {MIN_POINTS} points, got {int(known.sum())}")
-        largest = float(np.ptp(points[known], axis=0).max())
+        # Without the ends: a stray point far away is taken out later.
+        largest = float(np.diff(np.quantile(points[known], (MIN_SHARE, 1 - MIN_SHARE), axis=0), axis=0).max())
         if largest > MAX_SIDE_M:
             raise ScanError(
                 f"the points reach over {largest:.0f} m, an object over {MAX_SIDE_M:.0f} at most: "

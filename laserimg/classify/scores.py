@@ -113,8 +113,7 @@ def class_table(truth: NDArray, found: NDArray | list[NDArray], labels: tuple[st
     runs = found if isinstance(found, list) else [found]
     if not len(truth):
         raise ConfigError("no objects to count")
-    if UNKNOWN in truth:
-        raise ConfigError(f"a class cannot be called {UNKNOWN}: that is what no class is clear of")
+    refuse_unknown(truth)
     seen = {name for part in (truth, *runs) for name in part.tolist()}
     names = tuple(sorted({*labels, *seen} - {UNKNOWN}))
     place = {name: index for index, name in enumerate((*names, UNKNOWN))}
@@ -123,6 +122,17 @@ def class_table(truth: NDArray, found: NDArray | list[NDArray], labels: tuple[st
         rows, columns = ([place[name] for name in part.tolist()] for part in (truth, run))
         np.add.at(counts, (rows, columns), 1 / len(runs))
     return ClassTable(names, counts)
+
+
+def refuse_unknown(labels: NDArray) -> None:
+    """Refuse objects of a class that is called as what belongs to none.
+
+    Raises
+    ------
+    ConfigError
+    """
+    if UNKNOWN in labels:
+        raise ConfigError(f"a class cannot be called {UNKNOWN}: that is what no class is clear of")
 
 
 def wilson(hits: float, total: float) -> tuple[float, float]:

@@ -120,9 +120,9 @@ def read_cloud(path: Path, scale: float = 1.0) -> ObjectCloud | None:
     if suffix in _TEXT:
         points, values = next(text.read_points(path))
     elif suffix == ".pcd":
-        if pcd.is_organised(path):
+        if (found := pcd.read_points(path)) is None:
             return None
-        points, values = pcd.read_points(path)
+        points, values = found
     elif suffix == ".ply":
         points, values, _ = points_of(read_vertices(read_bytes(path)))
     elif suffix == ".npz":

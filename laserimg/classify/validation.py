@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserimg.classify.left_out import decided, left_out_decisions
-from laserimg.classify.scores import UNKNOWN
+from laserimg.classify.scores import refuse_unknown
 from laserimg.classify.svm import Array, C
 from laserimg.errors import ConfigError
 
@@ -121,8 +121,7 @@ def predicted(decisions: Array, labels: Labels) -> Labels:
 
 def _prepared(vectors: NDArray, labels: Labels, least: int) -> tuple[Labels, Array]:
     classes, counts = np.unique(labels, return_counts=True)
-    if UNKNOWN in classes:
-        raise ConfigError(f"a class cannot be called {UNKNOWN}: that is what no class is clear of")
+    refuse_unknown(classes)
     if len(classes) < 2:
         raise ConfigError(f"needs objects of at least 2 classes, got {len(classes)}")
     if counts.min() < least:

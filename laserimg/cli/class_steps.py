@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 if TYPE_CHECKING:
-    from laserimg.classify import ClassTable, Recipe
+    from laserimg.classify import ClassTable, ObjectModel, Recipe
     from laserimg.classify.sources import Described, Source
 
 
@@ -60,6 +60,14 @@ def objects_in_folds(sources: list["Source"]) -> list["Source"]:
     return found
 
 
+def by_model(model: "ObjectModel", found: "Described", margin: float | None) -> tuple["ClassTable", str]:
+    """Return the table of a model, and what to call it."""
+    from laserimg.classify import class_table
+
+    verdicts = model.classify(found.vectors, margin)
+    return class_table(found.labels, _class_names(verdicts), model.labels), "model"
+
+
 def by_own_folds(found: "Described", margin: float) -> tuple["ClassTable", str]:
     """Return the table of the folds of the data set, and what to call it."""
     from laserimg.classify.validation import given_folds
@@ -106,10 +114,10 @@ def table_of(decisions: Any, labels: Any, margin: float) -> "ClassTable":
 
     classes = tuple(np.unique(labels).tolist())
     runs = decisions if isinstance(decisions, list) else [decisions]
-    return class_table(labels, [class_names(verdicts(run, classes, margin=margin)) for run in runs])
+    return class_table(labels, [_class_names(verdicts(run, classes, margin=margin)) for run in runs])
 
 
-def class_names(verdicts: Iterable[Any]) -> Any:
+def _class_names(verdicts: Iterable[Any]) -> Any:
     """Return the classes of verdicts as an array."""
     import numpy as np
 

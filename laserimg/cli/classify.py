@@ -6,9 +6,9 @@ from typing import Annotated
 import typer
 
 from laserimg.cli.class_steps import (
+    by_model,
     by_own_folds,
     chosen_recipe,
-    class_names,
     cross_validated,
     described_objects,
     end,
@@ -144,28 +144,27 @@ def evaluate(
     cross = any(ways)
     if sum(ways) > 1:
         raise typer.BadParameter("give only one of --leave-one-out, --folds, --own-folds")
-    if not cross:
-        refuse_recipe(context)
     if out is not None and out.suffix.lower() != ".png":
         raise typer.BadParameter("the picture is a .png", param_hint="--out")
     if len(paths) != 2 - cross:
         needs = "one FOLDER" if cross else "MODEL and FOLDER (or --leave-one-out, --folds, --own-folds)"
         raise typer.BadParameter(f"needs {needs}")
     if cross:
-        recipe = chosen_recipe(features, views, size, appearance)
-        sources = read_objects(paths[0], scale, classes, quiet)
-        found = described_objects(objects_in_folds(sources) if own_folds else sources, recipe, quiet)
-        if own_folds:
-            table, method = by_own_folds(found, margin or 0.0)
-        else:
-            table, method = cross_validated(found, folds, repeats, margin or 0.0)
+        model, recipe = None, chosen_recipe(features, views, size, appearance)
     else:
-        from laserimg.classify import class_table, load_model
+        from laserimg.classify import load_model
 
+        refuse_recipe(context)
         model = load_model(paths[0])
-        recipe, method = model.recipe, "model"
-        found = described_objects(read_objects(paths[1], scale, classes, quiet), recipe, quiet)
-        table = class_table(found.labels, class_names(model.classify(found.vectors, margin)), model.labels)
+        recipe = model.recipe
+    sources = read_objects(paths[-1], scale, classes, quiet)
+    found = described_objects(objects_in_folds(sources) if own_folds else sources, recipe, quiet)
+    if model is not None:
+        table, method = by_model(model, found, margin)
+    elif own_folds:
+        table, method = by_own_folds(found, margin or 0.0)
+    else:
+        table, method = cross_validated(found, folds, repeats, margin or 0.0)
     if out is not None:
         from laserimg.classify.picture import confusion_picture
         from laserimg.images import write_png

@@ -62,29 +62,23 @@ def read_pcd(path: Path) -> Iterator[Scan]:
         yield scan_from_points(_seen_from(pose, points), values, beams, world_from_scan=pose)
 
 
-def read_points(path: Path) -> tuple[FloatArray, FloatArray | None]:
+def read_points(path: Path) -> tuple[FloatArray, FloatArray | None] | None:
     """Return the (n, 3) points of a PCD file in the frame of the file, and their intensity if it has one.
+
+    None if the file holds a grid, as depth cameras write it: that is a scan.
 
     Raises
     ------
     ScanError
         If the file is cut off, not a PCD file, or has no x, y, z.
     """
-    records = _read_cloud(read_bytes(path)).pc_data
+    cloud = _read_cloud(read_bytes(path))
+    if cloud.metadata.height > 1:
+        return None
+    records = cloud.pc_data
     with np.errstate(invalid="ignore"):
         points = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
         return points, _values(records, path)
-
-
-def is_organised(path: Path) -> bool:
-    """Tell whether a PCD file holds a grid, as depth cameras write it.
-
-    Raises
-    ------
-    ScanError
-        If the file is cut off or not a PCD file.
-    """
-    return _read_cloud(read_bytes(path)).metadata.height > 1
 
 
 def _values(records: NDArray[np.void], path: Path) -> FloatArray | None:

@@ -99,15 +99,15 @@ def _carry(
     row, column = row // block[0], column // block[1]
     own = chosen[row, column]
     near = _distance(scan, pixels, own) / (ratio * scan.range.ravel()[pixels])
-    flat[pixels] = np.where(near <= _SURE, flat[own], 0)
-    open_ = (near > _SURE) | (flat[own] == 0)
-    pixels, row, column = pixels[open_], row[open_], column[open_]
+    sure = near <= _SURE
+    flat[pixels[sure]] = flat[own[sure]]
+    pixels, row, column = pixels[~sure], row[~sure], column[~sure]
     best = np.full(len(pixels), ratio, np.float32) * scan.range.ravel()[pixels]
     carried = np.zeros(len(pixels), np.int32)
     for rows, columns in _AROUND:
         other = _at(chosen, row + rows, column + columns, scan.wraps)
         distance = np.where(other >= 0, _distance(scan, pixels, other), np.inf)
-        nearer = (distance <= best) & (flat[other] > 0)
+        nearer = distance <= best
         carried[nearer], best[nearer] = flat[other[nearer]], distance[nearer]
     flat[pixels] = carried
 

@@ -5,7 +5,6 @@ import sys
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from statistics import mode
 
 import numpy as np
 import pytest
@@ -41,7 +40,7 @@ from laserimg.recipes.drafts import Draft
 from laserimg.recipes.from_mesh import recipe_of_mesh, rules_of_mesh
 from laserimg.recipes.gloss import without_glancing
 from laserimg.recipes.look_samples import Proposed, Samples, samples_of_look
-from laserimg.recipes.measuring import StepScore, _found, _matched, pipeline_of, sent
+from laserimg.recipes.measuring import StepScore, _found, matched, pipeline_of, sent
 from laserimg.recipes.proposals import proposals, proposed_boxes
 from laserimg.recipes.proposing import train_proposer
 from laserimg.recipes.recipe import read_recipe
@@ -353,7 +352,7 @@ def test_what_is_neutral_is_neither_learnt_nor_background_however_clear_it_is(tm
 def test_a_detection_of_something_neutral_is_neither_hit_nor_false_positive():
     asked, neutral = np.array([[0.0, 0, 10, 10]]), np.array([[40.0, 0, 10, 20]])
     boxes = [((0.0, 0.0, 10.0, 10.0), 0.9), ((40.0, 0.0, 10.0, 18.0), 0.8), ((70.0, 0.0, 10.0, 10.0), 0.7)]
-    found = _matched(boxes, asked, neutral, None)
+    found = matched(boxes, asked, neutral, None)
     assert (found.scores.tolist(), found.hits.tolist()) == ([0.9, 0.7], [True, False])
 
 
@@ -580,6 +579,7 @@ def training_of_fakes(monkeypatch, folder, chances_of):
         return path
 
     def scores_of(recipe, models, rules, scans, jobs, tell):
+        assert rules.score == 0.35
         assert models == [folder / "wastebasket.depth.xml", folder / "wastebasket.npz"]
         assert load_model(models[1]).shift == 7
         return [StepScore("as shipped", 0.5, 0.5, 0.5, 1, 1)]
@@ -589,6 +589,7 @@ def training_of_fakes(monkeypatch, folder, chances_of):
     monkeypatch.setattr(run, "train_second_stage", lambda recipe, card, *given: replace(shipped, card=card))
     monkeypatch.setattr(run, "fused", lambda stage, *given: stage)
     monkeypatch.setattr(run, "with_chances", chances_of)
+    monkeypatch.setattr(run, "least_score", lambda *given: 0.35)
     monkeypatch.setattr(run, "measured", scores_of)
     there = run.TrainingRun(folder / "work", folder, 1)
     return run.follow(
@@ -622,7 +623,7 @@ def test_a_finished_training_leaves_a_whole_detector_and_nothing_else(tmp_path, 
     names = {path.name for path in tmp_path.iterdir()} - {"bin.toml"}
     assert names == {f"wastebasket{end}" for end in (".npz", ".toml", ".depth.xml", ".depth.toml")}
     card = read_card_of(tmp_path / "wastebasket.npz")
-    assert card.scores == {"ap50 as shipped": 0.5} and card.recipe_sha256 is not None
+    assert card.scores == {"ap50 as shipped": 0.5, "score": 0.35} and card.recipe_sha256 is not None
 
 
 @pytest.mark.parametrize("place", ["folder", "draft"])
@@ -678,15 +679,13 @@ def test_workers_judge_by_all_of_the_rules_but_their_score(tmp_path):
     assert gated == replace(rules, score=0.0, on_fail="reject")
 
 
-def test_rules_of_a_mesh_or_of_no_file_are_as_sure_and_as_lenient_as_those_that_ship(tmp_path):
+def test_rules_of_a_mesh_or_of_no_file_are_as_lenient_as_those_that_ship(tmp_path):
     mesh = bin_mesh(tmp_path / "bin.obj")
-    made = parse_rules(rules_of_mesh(user_thing(mesh, "bin", (0.3, 0.5))))["bin"]
+    made = parse_rules(rules_of_mesh(user_thing(mesh, "bin", (0.3, 0.5)), 0.25))["bin"]
     shipped = load_rules()
-    for rules in (made, rules_of("bin", shipped)):
-        assert (rules.score, rules.on_fail) in {(one.score, one.on_fail) for one in shipped}
-        assert rules.score == mode(one.score for one in shipped)
+    assert {one.on_fail for one in (made, rules_of("bin", shipped), *shipped)} == {"doubt"}
     assert rules_of("car", shipped) == shipped["car"]
-    assert made.limits["height"].low == 0.18
+    assert made.score == 0.25 and made.limits["height"].low == 0.18
 
 
 @pytest.mark.long
@@ -702,9 +701,9 @@ def test_a_mesh_becomes_a_detector_that_finds_most_of_its_like(tmp_path, laserim
     assert scores["second stage"]["average_precision"] > scores["cascades alone"]["average_precision"]
     card = read_card(tmp_path / "bin" / "bin.toml")
     assert card.label == "bin" and card.kind == "svm" and card.scores
-    assert load_rules(tmp_path / "bin" / "rules.toml")["bin"].limits["height"].high == pytest.approx(
-        1.15 * 0.5, abs=0.006
-    )
+    rules = load_rules(tmp_path / "bin" / "rules.toml")["bin"]
+    assert rules.limits["height"].high == pytest.approx(1.15 * 0.5, abs=0.006)
+    assert rules.score == card.scores["score"]
     scan = next((tmp_path / "bin" / "simulated").glob("*/*.npz"))
     code, _, error = laserimg(
         "detect", scan, "--cascades", tmp_path / "bin", "--rules", tmp_path / "bin" / "rules.toml",

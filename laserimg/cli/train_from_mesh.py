@@ -53,12 +53,12 @@ def from_mesh(
     thing = user_thing(mesh, label, height_range(height), up)
     make_folder(out)
     run = TrainingRun(out / "simulated", out, jobs or cores(), (thing,))
-    text = rules_of_mesh(thing)
     recipe = recipe_of_mesh(thing, scene, scans, seed)
-    scores = follow(recipe, run, parse_rules(text)[label], stepping(quiet or as_json))
-    write_text(out / "rules.toml", text)
+    rules = parse_rules(rules_of_mesh(thing))[label]
+    trained = follow(recipe, run, rules, stepping(quiet or as_json))
+    write_text(out / "rules.toml", rules_of_mesh(thing, trained.score))
     if as_json:
-        typer.echo(json.dumps([asdict(score) for score in scores]))
+        typer.echo(json.dumps([asdict(one) for one in trained.steps]))
     elif not quiet:
-        typer.echo(table(label, [asdict(score) for score in scores], perf_counter() - begin))
+        typer.echo(table(label, trained, perf_counter() - begin))
         typer.echo(f"laserimg detect SCAN --cascades {out} --rules {out / 'rules.toml'} -o found")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
+    from laserimg.recipes.run import Outcome
     from laserimg.rules.model import ClassRules, Rules
 
 
@@ -29,6 +30,7 @@ def recipe(
     """Train detectors as their recipes say: simulate scans, train cascades and a second stage, measure.
 
     A detector is NAME.IMAGE.xml for each of its cascades and NAME.npz, its second stage, each with a card.
+    The card of the second stage says which score leaves at most two false ones in nine scans; rules name it.
     Needs pip install "laserimg[simulate]".
 
     \b
@@ -54,10 +56,10 @@ def recipe(
         begin = perf_counter()
         chosen = one.scaled(scale)
         chosen = chosen if seed is None else replace(chosen, seed=seed)
-        found = follow(chosen, run, rules_of(one.label, all_rules), stepping(quiet or as_json))
-        scores[one.label] = [asdict(score) for score in found]
+        trained = follow(chosen, run, rules_of(one.label, all_rules), stepping(quiet or as_json))
+        scores[one.label] = [asdict(score) for score in trained.steps]
         if not (quiet or as_json):
-            typer.echo(table(one.label, scores[one.label], perf_counter() - begin))
+            typer.echo(table(one.label, trained, perf_counter() - begin))
     if as_json:
         typer.echo(json.dumps(scores))
 
@@ -68,16 +70,19 @@ def rules_of(label: str, rules: "Rules") -> "ClassRules":
 
     if label in rules:
         return rules[label]
-    return ClassRules(label, ("cascade", "regions"), on_fail="doubt", score=0.3)
+    return ClassRules(label, ("cascade", "regions"), on_fail="doubt")
 
 
-def table(label: str, scores: list[dict], seconds: float) -> str:
+def table(label: str, trained: "Outcome", seconds: float) -> str:
     """Return the scores of a class after each step, a line each."""
-    lines = [f"{label}: {scores[0]['objects']} objects in {scores[0]['scans']} scans, {seconds:.0f} s"]
-    lines += [
-        f"  {one['step']:<18} AP@0.5 {one['average_precision']:.3f}  recall {one['recall']:.3f}  "
-        f"false a scan {one['false_per_scan']:.2f}"
-        for one in scores
+    first = trained.steps[0]
+    lines = [
+        f"{label}: {first.objects} objects in {first.scans} scans, score {trained.score:g}, {seconds:.0f} s",
+        *(
+            f"  {one.step:<18} AP@0.5 {one.average_precision:.3f}  recall {one.recall:.3f}  "
+            f"false a scan {one.false_per_scan:.2f}"
+            for one in trained.steps
+        ),
     ]
     return "\n".join(lines)
 

@@ -48,8 +48,8 @@ def usual_size(thing: UserThing) -> tuple[float, float]:
     return float(np.ptp(across, axis=0).mean() * height), height
 
 
-def rules_of_mesh(thing: UserThing) -> str:
-    """Return a rule file for the class: what a scan can show of the sizes that the mesh has."""
+def rules_of_mesh(thing: UserThing, score: float = 0.0) -> str:
+    """Return a rule file for the class: what a scan can show of the sizes that the mesh has, and a score."""
     points, _ = standing(thing.path, thing.up)
     low, high = thing.height_m
     angles = np.radians(np.arange(0, 180, 5))
@@ -59,6 +59,7 @@ def rules_of_mesh(thing: UserThing) -> str:
     return (
         f"# Limits in metres for {thing.path.name}, {low:g} to {high:g} m high:\n"
         f"# {_SMALLEST:g} of its least to {_LARGEST:g} times its greatest size, as a part may be hidden.\n"
-        f'format = 1\n\n[{thing.label}]\nfrom = ["cascade", "regions"]\nscore = 0.3\non_fail = "doubt"\n'
+        f'format = 1\n\n[{thing.label}]\nfrom = ["cascade", "regions"]\n'
+        f'score = {score:g}\non_fail = "doubt"\n'
         f'height = {height}\nwidth = {width}\npoints = [30, "-"]\n'
     )

@@ -151,7 +151,7 @@ def _found(
         if cascades:
             steps[STEPS[0]] = [(one.box, one.score) for one in proposals(evidence, cascades)]
     width = evidence.scan.shape[1] if evidence.scan.wraps else None
-    found = {step: _matched(candidates, asked, ignored, width) for step, candidates in steps.items()}
+    found = {step: matched(candidates, asked, ignored, width) for step, candidates in steps.items()}
     return found, len(asked)
 
 
@@ -167,7 +167,8 @@ def _gates(findings: Iterable[Finding]) -> Iterator[tuple[str, Scored]]:
         yield step, [(f.box, f.candidate.score) for f in left]
 
 
-def _matched(candidates: Scored, asked: Boxes, ignored: Boxes, width: int | None) -> Found:
+def matched(candidates: Scored, asked: Boxes, ignored: Boxes, width: int | None) -> Found:
+    """Return what scored candidates of a scan are, given the boxes asked for and those to be ignored."""
     truth = np.concatenate([asked, ignored])
     ignore = np.arange(len(truth)) >= len(asked)
     boxes = boxes_of([box for box, _ in candidates])

@@ -1,15 +1,17 @@
-"""From a recipe to a detector: simulate, train the cascades, train the second stage, choose its threshold."""
+"""From a recipe to a detector: simulate, train the cascades, train the second stage, choose its score."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from laserimg.detectors.second_stage import SecondStage, save_second_stage
 from laserimg.files import atomic_write
 from laserimg.recipes.cards import card_of, write_card_beside
 from laserimg.recipes.drafts import Draft
 from laserimg.recipes.fusing import fused
+from laserimg.recipes.least_score import least_score
 from laserimg.recipes.measuring import StepScore, measured
 from laserimg.recipes.proposing import train_proposer
 from laserimg.recipes.recipe import Recipe
@@ -49,7 +51,14 @@ class TrainingRun:
             return scans_of(recipe, part, self.work, self.jobs, self.extras, tell)
 
 
-def follow(recipe: Recipe, run: TrainingRun, rules: ClassRules, step: Steps) -> list[StepScore]:
+class Outcome(NamedTuple):
+    """A trained detector: from which score on its detections count, and how good it is after each step."""
+
+    score: float
+    steps: list[StepScore]
+
+
+def follow(recipe: Recipe, run: TrainingRun, rules: ClassRules, step: Steps) -> Outcome:
     """Train the detector of a recipe into a folder; return how good it is on scans of other seeds.
 
     Parameters
@@ -57,7 +66,7 @@ def follow(recipe: Recipe, run: TrainingRun, rules: ClassRules, step: Steps) -> 
     recipe : Recipe
     run : TrainingRun
     rules : ClassRules
-        What the detections must be like, to be measured with.
+        What the detections must be like; their score is not asked, it is chosen.
     step : Steps
 
     Raises
@@ -84,12 +93,15 @@ def follow(recipe: Recipe, run: TrainingRun, rules: ClassRules, step: Steps) -> 
     with step(f"{recipe.label}: chances", len(tune)) as tell:
         stage = with_chances(stage, models, recipe, rules, tune, run.jobs, tell)
     _write(stage, second)
+    with step(f"{recipe.label}: score", len(tune)) as tell:
+        score = least_score(recipe, models, rules, tune, run.jobs, tell)
     models = draft.published(models)
     test = run.scans(recipe, "test", step)
     with step(f"{recipe.label}: measuring", len(test)) as tell:
-        scores = measured(recipe, models, rules, test, run.jobs, tell)
-    write_card_beside(models[-1], stage.card, scores=_written(scores))
-    return scores
+        steps = measured(recipe, models, replace(rules, score=score), test, run.jobs, tell)
+    outcome = Outcome(score, steps)
+    write_card_beside(models[-1], stage.card, scores=_written(outcome))
+    return outcome
 
 
 def _write(stage: SecondStage, path: Path) -> Path:
@@ -99,6 +111,7 @@ def _write(stage: SecondStage, path: Path) -> Path:
     return path
 
 
-def _written(scores: Iterable[StepScore]) -> dict[str, float]:
+def _written(outcome: Outcome) -> dict[str, float]:
     """Scores for the card."""
-    return {f"ap50 {one.step}": round(one.average_precision, 4) for one in scores}
+    steps = {f"ap50 {one.step}": round(one.average_precision, 4) for one in outcome.steps}
+    return {**steps, "score": outcome.score}

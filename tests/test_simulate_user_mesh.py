@@ -77,7 +77,7 @@ def test_bad_files_are_one_clear_line_and_nothing_is_written(tmp_path):
         assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("height", ["0.6:0.2", "-1:2", "0:1", "tall", "nan"])
+@pytest.mark.parametrize("height", ["0.6:0.2", "-1:2", "0:1", "tall", "nan", "20:60", "inf"])
 def test_bad_heights(tmp_path, height):
     path = wedge(tmp_path / "bin.obj")
     result = laserimg(

@@ -8,6 +8,9 @@ import typer
 if TYPE_CHECKING:
     from laserimg.simulate.user_mesh import UserThing
 
+# What is higher is meant in centimetres: no scene has room for it.
+_MOST_HIGH_M = 15.0
+
 
 def simulate(
     scene: Annotated[str, typer.Argument(help="corridor, office, park, stairwell or street.")],
@@ -81,6 +84,11 @@ def height_range(text: str) -> tuple[float, float]:
     """Return two heights in metres written as ``0.2:0.6``, or one for both."""
     low, _, high = text.partition(":")
     try:
-        return float(low), float(high or low)
+        heights = float(low), float(high or low)
     except ValueError:
         raise typer.BadParameter(f"{text!r} is not two heights as 0.2:0.6", param_hint="--height") from None
+    if max(heights) > _MOST_HIGH_M:
+        raise typer.BadParameter(
+            f"{text} is in metres, at most {_MOST_HIGH_M:g}; 20 cm is 0.2", param_hint="--height"
+        )
+    return heights

@@ -24,6 +24,7 @@ from laserimg.rules.checks import (
     near_score,
     no_region,
     plausible_box,
+    plausible_size,
     size_rules,
     sure_enough,
     with_odds,
@@ -184,15 +185,16 @@ class Pipeline:
         rules = self.rules[candidate.label]
         if not self.measures_all and _is_hopeless(candidate, rules):
             return _finding(candidate, None, None, (), (), rules)
-        far = ()
-        if _is_doubted(candidate, rules):
-            far = plausible_box(seen_box(evidence, candidate.box), rules)
+        seen = seen_box(evidence, candidate.box) if _is_doubted(candidate, rules) else None
+        far = () if seen is None else plausible_box(seen, rules)
         region = self._region(evidence, candidate)
         if region is None:
             return _finding(candidate, None, None, (no_region(),), far, rules)
         scan = evidence.scan
         window = Window.of(candidate.box, scan.shape, scan.wraps)
         size = metric_box(scan, region, evidence.floor)
+        if seen is not None:
+            far += plausible_size(size, seen.cut, rules)
         inside, fills = shares(region, window, scan.shape, scan.counts(window.cut(scan.range)))
         checks = (*continuity(inside, fills, rules), *size_rules(size, rules))
         return _finding(candidate, region, size, checks, far, rules)
@@ -219,7 +221,7 @@ def _finding(
     far: tuple[Check, ...],
     rules: ClassRules,
 ) -> Finding:
-    """The finding after its checks; those of the box itself (`far`) reject also what others only doubt."""
+    """The finding after its checks; those that it is far off (`far`) reject also what others only doubt."""
     failed = [check.reason for check in checks if not check.passed]
     doubted = _is_doubted(candidate, rules)
     score = candidate.score

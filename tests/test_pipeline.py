@@ -277,6 +277,19 @@ def test_a_box_less_than_half_as_high_as_its_class_is_rejected_whatever_its_scor
     assert finding.reason == reason.format(checks["box_height"].value)
 
 
+@pytest.mark.parametrize("least, reason", [(0.5, ""), (0.8, "far off: width 0.34 m < 0.40 m")])
+def test_what_measures_less_than_half_as_wide_is_rejected_whatever_its_score(least, reason):
+    """The box is 0.6 m wide and fits both rules; what stands in it measures 0.34 m."""
+    x, y, w, h = from_regions(BIN)(TWO_BOXES).detections[0].box
+    rules = replace(DOUBTED, limits={"width": Interval(least, 2.0)}, region_fills=0.1)
+    fixed = Fixed(("bin", (x - w / 2, y, 2 * w, h), 0.9, "cascade", "bin", None, 0.0))
+    (finding,) = Pipeline(Rules((rules,)), (fixed,))(TWO_BOXES).findings
+    checks = {check.name: check for check in finding.checks}
+    assert checks["box_width"].passed and not checks["width"].passed
+    assert checks["far_width"].limit == Interval(least / 2, 4.0)
+    assert (finding.accepted, finding.reason) == (not reason, reason)
+
+
 @pytest.mark.parametrize("rows, accepted", [(200, False), (60, True)])
 def test_a_box_that_the_border_of_the_grid_cuts_may_be_smaller_than_its_class(rows, accepted):
     """A wall 4 m away, a box of 0.1 m by 0.14 m: at the lower border its object may go on."""

@@ -46,7 +46,7 @@ from laserimg.recipes.proposing import train_proposer
 from laserimg.recipes.recipe import read_recipe
 from laserimg.recipes.scoring import overlap_after, trained_judge
 from laserimg.recipes.threshold import _passed, chances
-from laserimg.rules.checks import Check
+from laserimg.rules.checks import FAR_CHECKS, Check
 from laserimg.rules.file import load_rules, parse_rules
 from laserimg.rules.model import ClassRules, Interval
 from laserimg.simulate.user_mesh import UserThing, user_thing
@@ -660,7 +660,9 @@ def test_every_cascade_that_ships_has_a_recipe():
     assert made == {path.name for path in shipped_folder().glob("*.xml")}
 
 
-@pytest.mark.parametrize("name, counts", [("height", True), ("box_height", False), ("score", False)])
+@pytest.mark.parametrize(
+    "name, counts", [("height", True), *((one, False) for one in (*FAR_CHECKS, "score"))]
+)
 def test_what_passing_is_worth_is_asked_of_the_checks_that_only_doubt(name, counts):
     """What rejects by itself, as the score and the rectangle do, leaves nothing to be worth."""
     failed = Check(name, 1.0, Interval(None, 0.5), False, "too much")

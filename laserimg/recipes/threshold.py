@@ -17,12 +17,12 @@ from laserimg.recipes.measuring import MIN_IOU, Sent, boxes_of, pipeline_of, sen
 from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import TrainingScan
-from laserimg.rules.checks import BOX_CHECKS
+from laserimg.rules.checks import FAR_CHECKS
 from laserimg.rules.model import ClassRules
 from laserimg.workers import in_order
 
 # What passing them is worth is not asked of these.
-_NO_CHECKS = ("score", "suppression", *BOX_CHECKS)
+_NO_CHECKS = ("score", "suppression", *FAR_CHECKS)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -257,7 +257,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--scenes", type=int, default=150)
+    parser.add_argument("--scenes", type=int, default=300)
     parser.add_argument("--test-scenes", type=int, default=18)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument(

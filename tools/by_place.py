@@ -6,8 +6,8 @@
 Of the simulated scans that `laserimg train recipe` keeps in a folder those to measure on, of one seed. First
 the false positives a scan of every class by scene and scanner, at the `score` of the rules, whether a class
 is at home there or not. Then, for each class and scanner, the objects that are asked for, how many distinct
-ones they are (scanners of one scene see the same things, which are told apart by their size; of those alike
-in a scene as many count as one scan shows), average precision at IoU 0.5, and recall at the rules' score.
+ones they are (things of one scene are told apart by their size; of those alike as many count as one scan
+shows), average precision at IoU 0.5, and recall at the rules' score.
 """
 
 import argparse
@@ -43,7 +43,7 @@ TEST = 2_000_000
 
 
 class Place(NamedTuple):
-    """Where a scan was made, by what, and of which scene; scanners share scenes."""
+    """Where a scan was made, by what, and of which scene."""
 
     kind: str
     scanner: str

@@ -41,7 +41,7 @@ from laserimg.scan import Scan
 from laserimg.semantic_map import MapModels, SemanticMap, map_scan
 from laserimg.semantic_map.panorama import panorama
 from laserimg.semantic_map.run import write_map
-from rows import TITLES, Row, error, faster, under, within
+from rows import TITLES, Row, count_cpu_time, error, faster, under, within
 from scenes import COLUMNS, ROWS, Truth, room, scan_of, street
 
 COMPONENTS = "cv2.connectedComponents"
@@ -281,7 +281,11 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("sections", nargs="*", choices=[*SECTIONS, []], help="default: all")
-    sections = parser.parse_args().sections or list(SECTIONS)
+    parser.add_argument("--cpu", action="store_true", help="CPU time of one thread: other work does not show")
+    given = parser.parse_args()
+    sections = given.sections or list(SECTIONS)
+    if given.cpu:
+        count_cpu_time()
     print(f"cv2 {cv2.__version__}, {cv2.getNumThreads()} threads\n{TITLES}")
     missed = 0
     for name in sections:

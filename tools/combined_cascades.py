@@ -24,6 +24,7 @@ from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import Recipe, read_recipe
 from laserimg.recipes.scans import TrainingScan, scans_of
 from laserimg.workers import in_order
+from proposal_counts import some_of
 
 ROOT = Path(__file__).parents[1]
 
@@ -71,7 +72,7 @@ def main() -> None:
         if recipe.label not in given.labels if given.labels else not several:
             continue
         test = scans_of(recipe, "test", given.work, given.jobs)
-        chosen = test[:: max(1, len(test) // given.scans) if given.scans else 1]
+        chosen = some_of(test, given.scans)
         results = in_order(partial(looked_at, recipe, given.cascades), chosen, given.jobs, _died)
         objects = sum(count for _, count in results)
         for name in results[0][0]:

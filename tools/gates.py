@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 
-from laserimg.boxes import iou
 from laserimg.detectors.box_samples import seen_box
 from laserimg.detectors.shipped import load_model
 from laserimg.evidence import Evidence
@@ -27,9 +26,9 @@ from laserimg.rules.checks import plausible_box
 from laserimg.rules.file import load_rules
 from laserimg.rules.model import QUANTITIES, ClassRules, Rules
 from laserimg.sources import detectors_for
+from proposal_counts import counted, some_of
 
 ROOT = Path(__file__).parents[1]
-HIT = 0.5
 CONTINUITY = frozenset({"region", "region_inside", "region_fills"})
 # Shares of a region that must lie in the box, and of the box that it must fill, in the loose variants.
 LOOSE = ((0.5, 0.3), (0.4, 0.15), (0.2, 0.1))
@@ -74,7 +73,7 @@ def taken(recipe: Recipe, work: Path, scans: int) -> dict[str, np.ndarray]:
     }
     test = scans_of(recipe, "test", work, 2)
     counts: dict[str, np.ndarray] = {}
-    for scan in test[:: max(1, len(test) // scans) if scans else 1]:
+    for scan in some_of(test, scans):
         asked, ignored = scan.objects(recipe)
         evidence = observed(scan.path)
         gates = {"none": lambda one: True, **gates_of(evidence, rules)}
@@ -87,10 +86,7 @@ def taken(recipe: Recipe, work: Path, scans: int) -> dict[str, np.ndarray]:
         width = evidence.scan.shape[1] if evidence.scan.wraps else None
         for name, left in kept.items():
             boxes = boxes_of([one.box for one in left])
-            hit = iou(boxes, asked, width) >= HIT
-            neutral = (iou(boxes, ignored, width) >= HIT).any(axis=1)
-            found = int(hit.any(axis=0).sum()), int((~hit.any(axis=1) & ~neutral).sum()), len(asked)
-            counts[name] = counts.get(name, np.zeros(3, int)) + found
+            counts[name] = counts.get(name, np.zeros(3, int)) + counted(boxes, asked, ignored, width)
     return counts
 
 

@@ -17,7 +17,6 @@ from time import perf_counter
 
 import numpy as np
 
-from laserimg.boxes import iou
 from laserimg.detectors.ranked import proposer
 from laserimg.detectors.search import Scale, Searched, WindowDetector
 from laserimg.detectors.shipped import load_model, shipped_folder
@@ -26,9 +25,9 @@ from laserimg.recipes.measuring import boxes_of
 from laserimg.recipes.observation import observed
 from laserimg.recipes.recipe import Recipe, read_recipe
 from laserimg.recipes.scans import TrainingScan, scans_of
+from proposal_counts import counted, some_of
 
 ROOT = Path(__file__).parents[1]
-HIT = 0.5
 SCALES: tuple[Scale, Scale] = "metric", "plain"
 
 
@@ -64,10 +63,7 @@ def tally(window: WindowDetector, searched: Searched, asked: np.ndarray, ignored
     scan = searched.evidence.scan
     width = scan.shape[1] if scan.wraps else None
     boxes = boxes_of([one.box for one in found])
-    hit = iou(boxes, asked, width) >= HIT
-    neutral = (iou(boxes, ignored, width) >= HIT).any(axis=1)
-    false_positives = int((~hit.any(axis=1) & ~neutral).sum())
-    return Tally(seconds, int(hit.any(axis=0).sum()), false_positives, len(asked), 1)
+    return Tally(seconds, *counted(boxes, asked, ignored, width), scans=1)
 
 
 def tallies(model: WindowModel, recipe: Recipe, scans: list[TrainingScan]) -> dict[Scale, Tally]:
@@ -121,7 +117,7 @@ def main() -> None:
         if arguments.labels and recipe.label not in arguments.labels:
             continue
         test = scans_of(recipe, "test", arguments.work, 2)
-        chosen = test[:: max(1, len(test) // arguments.scans) if arguments.scans else 1]
+        chosen = some_of(test, arguments.scans)
         for name, model in cascades(recipe, arguments.cascades):
             total = tallies(model, recipe, chosen)
             image = model.card.image

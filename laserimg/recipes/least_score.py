@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from laserimg.cascade.folder import one_thread
-from laserimg.recipes.measuring import Found, Sent, matched, pipeline_of, sent
+from laserimg.recipes.measuring import Found, Sent, accepted_by, matched, sent
 from laserimg.recipes.observation import killed, observed
 from laserimg.recipes.recipe import Recipe
 from laserimg.recipes.scans import TrainingScan
@@ -63,9 +63,9 @@ def _found(recipe: Recipe, models: tuple[Path, ...], rules: Sent, scan: Training
     asked, ignored = scan.objects(recipe)
     with one_thread():
         evidence = observed(scan.path)
-        findings = pipeline_of(models, rules, False).judge(evidence)
+        found = accepted_by(models, rules, evidence)
     width = evidence.scan.shape[1] if evidence.scan.wraps else None
-    return matched([(one.box, one.score) for one in findings if one.accepted], asked, ignored, width)
+    return matched(found, asked, ignored, width)
 
 
 def _died(scan: TrainingScan) -> Found:

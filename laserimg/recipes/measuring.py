@@ -13,7 +13,7 @@ from laserimg.cascade.folder import one_thread
 from laserimg.detectors.shipped import load_model
 from laserimg.evaluate.curves import Curve
 from laserimg.evaluate.matching import match
-from laserimg.evidence import Box
+from laserimg.evidence import Box, Evidence
 from laserimg.files import changed_ns
 from laserimg.pipeline import Finding, Pipeline
 from laserimg.recipes.observation import killed, observed
@@ -145,14 +145,18 @@ def _found(
     with one_thread():
         evidence = observed(scan.path)
         steps: dict[str, Scored] = dict(_gates(pipeline_of(models, rules, True).judge(evidence)))
-        shipped = pipeline_of(models, rules, False).judge(evidence)
-        steps[STEPS[4]] = [(f.box, f.score) for f in shipped if f.accepted]
+        steps[STEPS[4]] = accepted_by(models, rules, evidence)
         cascades = tuple(path for path in models if path.suffix == ".xml")
         if cascades:
             steps[STEPS[0]] = [(one.box, one.score) for one in proposals(evidence, cascades)]
     width = evidence.scan.shape[1] if evidence.scan.wraps else None
     found = {step: matched(candidates, asked, ignored, width) for step, candidates in steps.items()}
     return found, len(asked)
+
+
+def accepted_by(models: tuple[Path, ...], rules: Sent, evidence: Evidence) -> Scored:
+    """Return boxes and scores of what a detector reports in a scan, as shipped, whatever the score."""
+    return [(f.box, f.score) for f in pipeline_of(models, rules, False).judge(evidence) if f.accepted]
 
 
 def _gates(findings: Iterable[Finding]) -> Iterator[tuple[str, Scored]]:
